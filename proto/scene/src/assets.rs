@@ -1,0 +1,117 @@
+//! The contents of the files that a capture names: meshes and maps for rendering, photographs for comparing.
+
+use crate::capture::{CAPTURE_FILE, Capture, LightKind, Photo};
+use crate::files::Files;
+use crate::image::{self, Image};
+use crate::mesh::{self, Mesh};
+use crate::{Result, SceneError};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Everything that a renderer needs besides the capture itself.
+#[derive(Debug, Clone, Default)]
+pub struct Assets {
+    /// Meshes by the path that the capture gives.
+    pub meshes: BTreeMap<String, Arc<Mesh>>,
+    /// Environment maps by the path that the capture gives.
+    pub maps: BTreeMap<String, Arc<Image>>,
+}
+
+impl Assets {
+    /// Reads every mesh and environment map of `capture`.
+    ///
+    /// # Errors
+    /// A missing or broken file; an environment map with negative values.
+    pub fn load(capture: &Capture, files: &dyn Files) -> Result<Self> {
+        let mut assets = Self::default();
+        for object in &capture.objects {
+            if !assets.meshes.contains_key(&object.mesh) {
+                let mesh = Arc::new(mesh::read(files, &object.mesh)?);
+                assets.meshes.insert(object.mesh.clone(), mesh);
+            }
+        }
+        for light in &capture.lights {
+            if let LightKind::Map { map, .. } = &light.kind
+                && !assets.maps.contains_key(map)
+            {
+                let image = image::read(files, map)?;
+                if let Some(i) = image.pixels.iter().position(|p| p.iter().any(|c| *c < 0.0)) {
+                    let (x, y) = (i % image.width as usize, i / image.width as usize);
+                    return Err(SceneError::new(map, format!("has negative light at pixel ({x}, {y})"), "clamp it to 0"));
+                }
+                assets.maps.insert(map.clone(), Arc::new(image));
+            }
+        }
+        Ok(assets)
+    }
+
+    /// The paths that [`Assets::load`] opens, and the photos' and masks' where `photos` is set; sorted, each once.
+    #[must_use]
+    pub fn paths(capture: &Capture, photos: bool) -> Vec<String> {
+        let mut paths: Vec<String> = capture.objects.iter().map(|o| o.mesh.clone()).collect();
+        for light in &capture.lights {
+            if let LightKind::Map { map, .. } = &light.kind {
+                paths.push(map.clone());
+            }
+        }
+        if photos {
+            for photo in &capture.photos {
+                paths.push(photo.file.clone());
+                paths.extend(photo.mask.clone());
+            }
+        }
+        paths.sort();
+        paths.dedup();
+        paths
+    }
+}
+
+/// A photo's measured values and which of its pixels count.
+#[derive(Debug, Clone)]
+pub struct Photograph {
+    /// Values as in the file, after response.
+    pub image: Image,
+    /// Row-major: inside the mask and not clipped in any channel.
+    pub counts: Vec<bool>,
+    /// Pixels inside the mask that are clipped.
+    pub clipped: usize,
+}
+
+impl Photograph {
+    /// Reads a photo and its mask, and holds them against the camera and the sensor.
+    ///
+    /// # Errors
+    /// A missing or broken file, a size other than the camera's, a mask that leaves nothing.
+    pub fn load(capture: &Capture, photo: &Photo, files: &dyn Files) -> Result<Self> {
+        let camera = capture.camera_of(photo);
+        let key = format!("photo.{}", photo.name());
+        let size = |what: &str, path: &str, width: u32, height: u32| {
+            if (width, height) == (camera.width, camera.height) {
+                return Ok(());
+            }
+            let problem =
+                format!("{what} {path} has {width}x{height} pixels, the camera {}x{}", camera.width, camera.height);
+            Err(SceneError::new(CAPTURE_FILE, problem, "give the photo its own camera keys, or the file of that size")
+                .at(key.as_str()))
+        };
+        let (width, height) = image::dimensions(files, &photo.file)?;
+        size("photo", &photo.file, width, height)?;
+        let image = image::read(files, &photo.file)?;
+        let mask = match &photo.mask {
+            Some(path) => {
+                let mask = image::read_mask(files, path)?;
+                size("mask", path, mask.width, mask.height)?;
+                mask.bits
+            }
+            None => vec![true; image.pixels.len()],
+        };
+        let is_clipped = |p: &[f32; 3]| p.iter().any(|c| capture.sensor.is_clipped(f64::from(*c)));
+        let clipped = image.pixels.iter().zip(&mask).filter(|(p, m)| **m && is_clipped(p)).count();
+        let counts: Vec<bool> = image.pixels.iter().zip(&mask).map(|(p, m)| *m && !is_clipped(p)).collect();
+        if !counts.contains(&true) {
+            let problem = if clipped > 0 { "has no pixel that is not clipped" } else { "has an empty mask" };
+            return Err(SceneError::new(&photo.file, problem, "mend the mask or the exposure, or remove the photo").at(key));
+        }
+        Ok(Self { image, counts, clipped })
+    }
+}

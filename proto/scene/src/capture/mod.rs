@@ -1,0 +1,252 @@
+//! The capture: a folder of measured data, known geometry and first guesses, as `capture.toml` describes it.
+
+pub mod camera;
+pub mod freed;
+pub mod light;
+pub mod material;
+mod numbers;
+pub mod object;
+pub mod photo;
+mod read;
+pub mod sensor;
+pub mod visit;
+mod write;
+
+pub use camera::{Camera, CameraOverride};
+pub use freed::Freed;
+pub use light::{Frame, Light, LightKind};
+pub use material::{Material, Model};
+pub use object::Object;
+pub use photo::{Photo, Role};
+pub use sensor::{Response, Sensor};
+pub use visit::Range;
+
+use crate::files::Files;
+use crate::{Result, SceneError};
+use numbers::Walker;
+use read::{Reader, unknown_key_mend};
+use std::collections::BTreeSet;
+use toml::{Table, Value};
+use visit::Section;
+
+/// The name of the file that describes a capture.
+pub const CAPTURE_FILE: &str = "capture.toml";
+
+/// A capture, without the contents of the files that it names.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Capture {
+    /// Its name, for reports.
+    pub name: String,
+    /// The camera of every photo that does not override it.
+    pub camera: Camera,
+    /// Noise, saturation and response.
+    pub sensor: Sensor,
+    /// Named materials.
+    pub materials: Vec<Material>,
+    /// Named objects.
+    pub objects: Vec<Object>,
+    /// Named lights.
+    pub lights: Vec<Light>,
+    /// The photos, in file order.
+    pub photos: Vec<Photo>,
+    /// What a fit frees.
+    pub fit: Freed,
+}
+
+const TOP_LEVEL: [&str; 9] = ["format", "name", "camera", "sensor", "material", "object", "light", "photo", "fit"];
+
+impl Capture {
+    /// Reads `capture.toml` from a capture's files.
+    ///
+    /// # Errors
+    /// Anything that is not the format of `docs`: unknown keys, wrong types, values out of range, names that do not
+    /// resolve. The files that it names are not opened; see [`crate::assets`].
+    pub fn read(files: &dyn Files) -> Result<Self> {
+        let bytes = files.read(CAPTURE_FILE)?;
+        let text = std::str::from_utf8(&bytes).map_err(|e| {
+            SceneError::new(CAPTURE_FILE, format!("is not UTF-8 text ({e})"), "save it as UTF-8")
+        })?;
+        Self::parse(text)
+    }
+
+    /// Reads the text of a `capture.toml`.
+    ///
+    /// # Errors
+    /// As [`Capture::read`].
+    pub fn parse(text: &str) -> Result<Self> {
+        let file = CAPTURE_FILE;
+        let top: Table = text.parse().map_err(|e: toml::de::Error| {
+            SceneError::new(file, format!("is not TOML: {}", e.to_string().trim().replace('\n', " ")), "mend the syntax there")
+        })?;
+        for key in top.keys() {
+            if !TOP_LEVEL.contains(&key.as_str()) {
+                let mend = unknown_key_mend(key, TOP_LEVEL.iter().copied());
+                return Err(SceneError::new(file, "is not a key that this version knows", mend).at(key.as_str()));
+            }
+        }
+        match top.get("format") {
+            Some(Value::Integer(1)) => {}
+            Some(other) => {
+                return Err(SceneError::new(file, format!("is {other}; this version reads format 1"), "write format = 1")
+                    .at("format"));
+            }
+            None => return Err(SceneError::new(file, "is missing", "write format = 1").at("format")),
+        }
+        let mut capture = Self::default();
+        capture.name = match top.get("name") {
+            Some(Value::String(s)) => s.clone(),
+            _ => return Err(SceneError::new(file, "is missing or no text", "write name = \"...\"").at("name")),
+        };
+        let empty = Table::new();
+        let table = |key: &str| match top.get(key) {
+            None => Ok(&empty),
+            Some(Value::Table(t)) => Ok(t),
+            Some(v) => Err(SceneError::new(file, format!("is a TOML {}", v.type_str()), format!("write [{key}]")).at(key)),
+        };
+        Reader::new(file, "camera".into(), table("camera")?).read(&mut capture.camera)?;
+        Reader::new(file, "sensor".into(), table("sensor")?).read(&mut capture.sensor)?;
+        Reader::new(file, "fit".into(), table("fit")?).read(&mut capture.fit)?;
+        capture.materials = read_list(file, &top, "material")?;
+        capture.objects = read_list(file, &top, "object")?;
+        capture.lights = read_list(file, &top, "light")?;
+        capture.photos = read_list(file, &top, "photo")?;
+        capture.check()?;
+        Ok(capture)
+    }
+
+    /// The text of a `capture.toml` that reads back as this capture, to the last bit.
+    ///
+    /// # Errors
+    /// A value that [`Capture::parse`] would refuse.
+    pub fn to_toml(&self) -> Result<String> {
+        let mut copy = self.clone();
+        copy.check()?;
+        let mut top = Table::new();
+        top.insert("format".into(), Value::Integer(1));
+        top.insert("name".into(), Value::String(copy.name.clone()));
+        top.insert("camera".into(), Value::Table(write::write(&mut copy.camera)?));
+        if !copy.sensor.is_empty() {
+            top.insert("sensor".into(), Value::Table(write::write(&mut copy.sensor)?));
+        }
+        write_list(&mut top, "material", &mut copy.materials)?;
+        write_list(&mut top, "object", &mut copy.objects)?;
+        write_list(&mut top, "light", &mut copy.lights)?;
+        write_list(&mut top, "photo", &mut copy.photos)?;
+        if !copy.fit.is_empty() {
+            top.insert("fit".into(), Value::Table(write::write(&mut copy.fit)?));
+        }
+        toml::to_string(&top).map_err(|e| SceneError::new(CAPTURE_FILE, e.to_string(), "report this"))
+    }
+
+    /// Calls `each` for every number of the capture: dotted name, value, bounds.
+    ///
+    /// # Errors
+    /// A section whose values contradict each other, as [`Capture::parse`] would refuse it.
+    pub fn for_each_number(&mut self, each: &mut dyn FnMut(&str, &mut f64, Range)) -> Result<()> {
+        let mut walk = |path: String, section: &mut dyn Section| section.describe(&mut Walker { path, each });
+        walk("camera".into(), &mut self.camera)?;
+        walk("sensor".into(), &mut self.sensor)?;
+        for m in &mut self.materials {
+            walk(format!("material.{}", m.name), m)?;
+        }
+        for o in &mut self.objects {
+            walk(format!("object.{}", o.name), o)?;
+        }
+        for l in &mut self.lights {
+            walk(format!("light.{}", l.name), l)?;
+        }
+        for p in &mut self.photos {
+            walk(format!("photo.{}", p.name()), p)?;
+        }
+        Ok(())
+    }
+
+    /// Index of a photo by its name.
+    #[must_use]
+    pub fn photo_index(&self, name: &str) -> Option<usize> {
+        self.photos.iter().position(|p| p.name() == name)
+    }
+
+    /// The camera of photo `index`, overrides applied.
+    #[must_use]
+    pub fn camera_of(&self, photo: &Photo) -> Camera {
+        photo.camera.over(&self.camera)
+    }
+
+    /// What no single section can know: names are unique and resolve.
+    fn check(&self) -> Result<()> {
+        let refuse = |key: String, problem: String, mend: &str| Err(SceneError::new(CAPTURE_FILE, problem, mend).at(key));
+        unique("material", self.materials.iter().map(|m| m.name.as_str()))?;
+        unique("object", self.objects.iter().map(|o| o.name.as_str()))?;
+        unique("light", self.lights.iter().map(|l| l.name.as_str()))?;
+        unique("photo", self.photos.iter().map(Photo::name))?;
+        if self.photos.is_empty() {
+            return refuse("photo".into(), "is missing: there is no [[photo]]".into(), "add at least one photo");
+        }
+        for o in &self.objects {
+            if !self.materials.iter().any(|m| m.name == o.material) {
+                return refuse(
+                    format!("object.{}.material", o.name),
+                    format!("names \"{}\", which is no material here", o.material),
+                    "name a [[material]] of this capture",
+                );
+            }
+        }
+        for p in &self.photos {
+            for light in p.lights.iter().flatten() {
+                if !self.lights.iter().any(|l| l.name == *light) {
+                    return refuse(
+                        format!("photo.{}.lights", p.name()),
+                        format!("names \"{light}\", which is no light here"),
+                        "name a [[light]] of this capture",
+                    );
+                }
+            }
+            let on = self.lights.iter().filter(|l| p.lights.as_ref().is_none_or(|on| on.contains(&l.name)));
+            if on.filter(|l| matches!(l.kind, LightKind::Map { .. } | LightKind::Constant { .. })).count() > 1 {
+                return refuse(
+                    format!("photo.{}.lights", p.name()),
+                    "has two environment lights on".into(),
+                    "keep one environment per photo",
+                );
+            }
+        }
+        self.free_parameters().map(|_| ())
+    }
+}
+
+fn unique<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Result<()> {
+    let mut seen = BTreeSet::new();
+    for name in names {
+        if !seen.insert(name) {
+            let mend = if what == "photo" { "rename one file: a photo's name is its file's" } else { "rename one" };
+            return Err(SceneError::new(CAPTURE_FILE, "is a name given twice", mend).at(format!("{what}.{name}")));
+        }
+    }
+    Ok(())
+}
+
+fn read_list<T: Section + Default>(file: &str, top: &Table, key: &str) -> Result<Vec<T>> {
+    let Some(value) = top.get(key) else { return Ok(Vec::new()) };
+    let wrong = || SceneError::new(file, "is no list of tables", format!("write [[{key}]]")).at(key);
+    let list = value.as_array().ok_or_else(wrong)?;
+    let mut out = Vec::with_capacity(list.len());
+    for (i, entry) in list.iter().enumerate() {
+        let table = entry.as_table().ok_or_else(wrong)?;
+        let name = table.get("name").or_else(|| table.get("file")).and_then(Value::as_str);
+        let path = name.map_or_else(|| format!("{key}[{i}]"), |n| format!("{key}.{n}"));
+        let mut section = T::default();
+        Reader::new(file, path, table).read(&mut section)?;
+        out.push(section);
+    }
+    Ok(out)
+}
+
+fn write_list<T: Section>(top: &mut Table, key: &str, sections: &mut [T]) -> Result<()> {
+    if sections.is_empty() {
+        return Ok(());
+    }
+    let tables = sections.iter_mut().map(|s| write::write(s).map(Value::Table)).collect::<Result<_>>()?;
+    top.insert(key.into(), Value::Array(tables));
+    Ok(())
+}

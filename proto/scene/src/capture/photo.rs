@@ -1,0 +1,103 @@
+//! Photos: what was measured, from where, and what for.
+
+use super::camera::CameraOverride;
+use super::object::{IDENTITY, determinant};
+use super::visit::{Range, Section, Visitor};
+use crate::Result;
+
+/// What a photo is used for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Role {
+    /// Fitted to.
+    #[default]
+    Fit,
+    /// Never used for fitting or selecting, only for scoring.
+    HeldOut,
+}
+
+/// One photograph.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Photo {
+    /// The image file's path, relative to the capture.
+    pub file: String,
+    /// The mask file's path; every pixel counts where there is none.
+    pub mask: Option<String>,
+    /// Factor from radiance to photo value.
+    pub exposure: f64,
+    /// Further factor of this photo alone, for a lamp or shutter that is not steady.
+    pub gain: f64,
+    /// Maps camera coordinates (OpenCV) to world coordinates; rigid, row-major.
+    pub camera_to_world: [[f64; 4]; 4],
+    /// Keys of `[camera]` that this photo has otherwise.
+    pub camera: CameraOverride,
+    /// The names of the lights that were on; all of them where absent.
+    pub lights: Option<Vec<String>>,
+    /// What it is used for.
+    pub role: Role,
+}
+
+impl Default for Photo {
+    fn default() -> Self {
+        Self {
+            file: String::new(),
+            mask: None,
+            exposure: 1.0,
+            gain: 1.0,
+            camera_to_world: IDENTITY,
+            camera: CameraOverride::default(),
+            lights: None,
+            role: Role::Fit,
+        }
+    }
+}
+
+impl Photo {
+    /// The name in dotted parameter names and of output files: the file's name without folder and extension.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        let file = self.file.rsplit(['/', '\\']).next().unwrap_or(&self.file);
+        file.rsplit_once('.').map_or(file, |(stem, _)| if stem.is_empty() { file } else { stem })
+    }
+
+    /// Factor from radiance to exposed light: exposure times gain.
+    #[must_use]
+    pub fn factor(&self) -> f64 {
+        self.exposure * self.gain
+    }
+}
+
+impl Section for Photo {
+    fn describe(&mut self, v: &mut dyn Visitor) -> Result<()> {
+        v.text("file", &mut self.file, None)?;
+        v.optional_text("mask", &mut self.mask)?;
+        v.number("exposure", &mut self.exposure, Range::POSITIVE, Some(1.0))?;
+        v.number("gain", &mut self.gain, Range::POSITIVE, Some(1.0))?;
+        v.matrix("camera_to_world", &mut self.camera_to_world)?;
+        if let Some(problem) = not_rigid(&self.camera_to_world) {
+            return Err(v.refuse("camera_to_world", problem, "write a rotation and a translation, row-major"));
+        }
+        v.optional_texts("lights", &mut self.lights)?;
+        let mut role = if self.role == Role::HeldOut { "held-out" } else { "fit" }.to_owned();
+        v.text("role", &mut role, Some("fit"))?;
+        self.role = match role.as_str() {
+            "fit" => Role::Fit,
+            "held-out" => Role::HeldOut,
+            _ => return Err(v.refuse("role", format!("is \"{role}\""), "write \"fit\" or \"held-out\"")),
+        };
+        v.section("camera", &mut self.camera)
+    }
+}
+
+/// Why a matrix is no rigid motion, with a tolerance for poses written with few digits.
+fn not_rigid(m: &[[f64; 4]; 4]) -> Option<String> {
+    for i in 0..3 {
+        for j in i..3 {
+            let dot: f64 = (0..3).map(|k| m[k][i] * m[k][j]).sum();
+            let expected = if i == j { 1.0 } else { 0.0 };
+            if (dot - expected).abs() > 2e-3 {
+                return Some(format!("is no rotation: columns {i} and {j} have the product {dot:.4}, not {expected}"));
+            }
+        }
+    }
+    (determinant(m) < 0.0).then(|| "mirrors: its determinant is -1".to_owned())
+}

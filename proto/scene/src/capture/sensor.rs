@@ -1,0 +1,93 @@
+//! The sensor: noise, saturation, and how a photo value was made from exposed light.
+
+use super::visit::{Range, Section, Visitor};
+use crate::Result;
+
+/// How a file's value follows from exposed light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Response {
+    /// The value is the light.
+    #[default]
+    Linear,
+    /// The sRGB transfer function (IEC 61966-2-1), as cameras write JPEG and PNG.
+    Srgb,
+}
+
+/// What lies between the lens and the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensor {
+    /// Standard deviation of a photo value without light.
+    pub read_noise: f64,
+    /// Variance of a photo value per value.
+    pub shot_noise: f64,
+    /// At and above this value a pixel is clipped.
+    pub saturation: Option<f64>,
+    /// How a file's value follows from exposed light.
+    pub response: Response,
+}
+
+impl Default for Sensor {
+    fn default() -> Self {
+        Self { read_noise: Self::DEFAULT_READ_NOISE, shot_noise: 0.0, saturation: None, response: Response::Linear }
+    }
+}
+
+impl Sensor {
+    /// The read noise of a capture that states none: 1 % of a value of one, about that of an 8-bit file.
+    pub const DEFAULT_READ_NOISE: f64 = 0.01;
+
+    /// Variance of a photo whose noiseless value is `value`: `read_noise^2 + shot_noise * value`.
+    #[must_use]
+    pub fn variance(&self, value: f64) -> f64 {
+        self.read_noise * self.read_noise + self.shot_noise * value.max(0.0)
+    }
+
+    /// Whether a photo's value is clipped.
+    #[must_use]
+    pub fn is_clipped(&self, value: f64) -> bool {
+        self.saturation.is_some_and(|level| value >= level)
+    }
+}
+
+impl Response {
+    /// The file's value for exposed light `x`, and its slope there.
+    #[must_use]
+    pub fn apply(self, x: f64) -> (f64, f64) {
+        match self {
+            Self::Linear => (x, 1.0),
+            Self::Srgb if x <= 0.003_130_8 => (12.92 * x, 12.92),
+            Self::Srgb => {
+                let root = libm::pow(x, 1.0 / 2.4);
+                (1.055 * root - 0.055, 1.055 / 2.4 * root / x)
+            }
+        }
+    }
+}
+
+impl Section for Sensor {
+    fn describe(&mut self, v: &mut dyn Visitor) -> Result<()> {
+        let noise = Range { min: 0.0, max: 1e6 };
+        v.number("read_noise", &mut self.read_noise, noise, Some(Self::DEFAULT_READ_NOISE))?;
+        v.number("shot_noise", &mut self.shot_noise, noise, Some(0.0))?;
+        if self.read_noise == 0.0 && self.shot_noise == 0.0 {
+            return Err(v.refuse(
+                "read_noise",
+                "and shot_noise are both 0, so no pixel has a variance".to_owned(),
+                "write the standard deviation of a photo value without light",
+            ));
+        }
+        v.optional_number("saturation", &mut self.saturation, Range::POSITIVE)?;
+        let mut word = if self.response == Response::Srgb { "srgb" } else { "linear" }.to_owned();
+        v.text("response", &mut word, Some("linear"))?;
+        self.response = match word.as_str() {
+            "linear" => Response::Linear,
+            "srgb" => Response::Srgb,
+            _ => return Err(v.refuse("response", format!("is \"{word}\""), "write \"linear\" or \"srgb\"")),
+        };
+        Ok(())
+    }
+
+    fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}

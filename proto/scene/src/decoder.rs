@@ -1,0 +1,44 @@
+//! The last line of defence around other people's decoders.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::error::{Result, SceneError};
+
+/// Runs a third-party decoder over the bytes of `file`; should it panic on bytes that nobody foresaw, that is an error
+/// of the file and not the end of a worker that holds other people's tasks.
+///
+/// # Errors
+/// What `decode` returns, or that it panicked.
+pub(crate) fn shielded<T>(file: &str, decode: impl FnOnce() -> Result<T>) -> Result<T> {
+    // Unwind safe: a decoder owns all that it changes, and what it had built is dropped.
+    catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| {
+        Err(SceneError::new(file, "is damaged in a way its decoder cannot name", "export or save the file again"))
+    })
+}
+
+/// The message of a decoder's error on one line, without the final stop.
+pub(crate) fn one_line(error: &dyn std::fmt::Display) -> String {
+    let mut text = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+    if text.chars().count() > 200 {
+        text = text.chars().take(200).collect::<String>() + "...";
+    }
+    text.trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_becomes_an_error_of_the_file() {
+        let empty: [u8; 0] = [];
+        let error = shielded("part.ply", || Ok(empty.iter().max().copied().unwrap())).unwrap_err();
+        assert_eq!(error.file, "part.ply");
+    }
+
+    #[test]
+    fn messages_stay_on_one_line() {
+        assert_eq!(one_line(&"a\n\tb."), "a b");
+        assert_eq!(one_line(&"x".repeat(999)).len(), 203);
+    }
+}

@@ -1,0 +1,190 @@
+//! Which derivative images an evaluation needs, and how a parameter's column is put together from them.
+//!
+//! Worker and coordinator derive the same [`Plan`] from the capture and the columns, so a task's result carries no
+//! description of itself. Three sources, cheapest first:
+//!
+//! - sensor: the column follows from the film alone (`photo.03.gain`); it needs no image;
+//! - forward: carried along every path (materials, light intensities); a colour's three channels share one RGB image,
+//!   because a path's red radiance depends on no other channel's parameter;
+//! - difference: two more renders with the same random numbers (geometry).
+
+use crate::capture::Capture;
+use crate::parameter::{Parameter, Term};
+use crate::{Result, SceneError};
+
+/// One derivative image, RGB per pixel.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Plane {
+    /// Channel c holds d radiance_c / d `prefix`.c.
+    Colour {
+        /// Dotted name of the colour.
+        prefix: String,
+    },
+    /// d radiance / d `number`.
+    Scalar {
+        /// Dotted name of the number.
+        number: String,
+    },
+    /// (radiance(+step) - radiance(-step)) / (2 step) along a parameter, with the same random numbers.
+    Difference {
+        /// The numbers that move, and how far for a parameter's move by one.
+        terms: Vec<Term>,
+        /// Half the distance between the two renders, in the parameter's unit.
+        step: f64,
+    },
+}
+
+/// What adds to a parameter's column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Contribution {
+    /// `factor` times a plane, in all channels or in one.
+    Plane {
+        /// Index into [`Plan::planes`].
+        plane: usize,
+        /// The only channel it adds to, where the plane is a colour's.
+        channel: Option<usize>,
+        /// d number / d parameter.
+        factor: f64,
+    },
+    /// `factor` times d value / d gain (or exposure) of one photo.
+    Factor {
+        /// Index of the photo.
+        photo: usize,
+        /// d (exposure * gain) / d parameter.
+        factor: f64,
+    },
+}
+
+/// The derivative images of an evaluation and the recipe of every column.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plan {
+    /// Images to render, after the radiance itself.
+    pub planes: Vec<Plane>,
+    /// Per parameter, what adds up to its column.
+    pub columns: Vec<Vec<Contribution>>,
+}
+
+enum Source {
+    Colour { prefix: String, channel: usize },
+    Scalar,
+    Difference,
+    Photo { index: usize, rate: f64 },
+}
+
+impl Plan {
+    /// The plan for `columns` of a capture.
+    ///
+    /// # Errors
+    /// A number that has no derivative (the sensor's noise, a photo's number among the lights').
+    pub fn new(capture: &Capture, columns: &[Parameter]) -> Result<Self> {
+        let mut plan = Self::default();
+        for parameter in columns {
+            let sources =
+                parameter.terms.iter().map(|t| source(capture, &t.number)).collect::<Result<Vec<_>>>()?;
+            let column = if sources.iter().any(|s| matches!(s, Source::Difference)) {
+                if sources.iter().any(|s| matches!(s, Source::Photo { .. })) {
+                    return Err(SceneError::new("request", "moves geometry and a photo's gain together", "separate them")
+                        .at(parameter.name.as_str()));
+                }
+                let plane = plan.plane(Plane::Difference { terms: parameter.terms.clone(), step: step(parameter) });
+                vec![Contribution::Plane { plane, channel: None, factor: 1.0 }]
+            } else {
+                parameter.terms.iter().zip(sources).map(|(t, s)| plan.contribution(t, s)).collect()
+            };
+            plan.columns.push(column);
+        }
+        Ok(plan)
+    }
+
+    fn contribution(&mut self, term: &Term, source: Source) -> Contribution {
+        match source {
+            Source::Colour { prefix, channel } => Contribution::Plane {
+                plane: self.plane(Plane::Colour { prefix }),
+                channel: Some(channel),
+                factor: term.ratio,
+            },
+            Source::Photo { index, rate } => Contribution::Factor { photo: index, factor: term.ratio * rate },
+            Source::Scalar | Source::Difference => Contribution::Plane {
+                plane: self.plane(Plane::Scalar { number: term.number.clone() }),
+                channel: None,
+                factor: term.ratio,
+            },
+        }
+    }
+
+    /// Index of a plane, added where it is new.
+    fn plane(&mut self, plane: Plane) -> usize {
+        self.planes.iter().position(|p| *p == plane).unwrap_or_else(|| {
+            self.planes.push(plane);
+            self.planes.len() - 1
+        })
+    }
+}
+
+/// How the radiance's dependence on a number is found, by the number's name.
+fn source(capture: &Capture, number: &str) -> Result<Source> {
+    let (owner, key) = match split(capture, number) {
+        Some(found) => found,
+        None => {
+            return Err(SceneError::new("request", "is no number that radiance depends on", "free another").at(number));
+        }
+    };
+    let (base, channel) = match key.rsplit_once('.') {
+        Some((base, suffix)) => (base, crate::capture::visit::RGB.iter().position(|c| *c == suffix)),
+        None => (key, None),
+    };
+    Ok(match (owner, base, channel) {
+        (Owner::Material, _, Some(channel)) | (Owner::Light, "intensity" | "irradiance" | "radiance", Some(channel)) => {
+            Source::Colour { prefix: number[..number.len() - 2].to_owned(), channel }
+        }
+        (Owner::Material, ..) | (Owner::Light, "scale", None) => Source::Scalar,
+        (Owner::Photo(index), "gain", None) => Source::Photo { index, rate: capture.photos[index].exposure },
+        (Owner::Photo(index), "exposure", None) => Source::Photo { index, rate: capture.photos[index].gain },
+        _ => Source::Difference,
+    })
+}
+
+enum Owner {
+    Camera,
+    Material,
+    Object,
+    Light,
+    Photo(usize),
+}
+
+/// A number's owner and the rest of its name. Names of owners may hold dots, so known names are compared whole.
+fn split<'n>(capture: &Capture, number: &'n str) -> Option<(Owner, &'n str)> {
+    let (section, rest) = number.split_once('.')?;
+    let strip = |name: &str| rest.strip_prefix(name).and_then(|r| r.strip_prefix('.'));
+    match section {
+        "camera" => Some((Owner::Camera, rest)),
+        "material" => capture.materials.iter().find_map(|m| strip(&m.name)).map(|k| (Owner::Material, k)),
+        "object" => capture.objects.iter().find_map(|o| strip(&o.name)).map(|k| (Owner::Object, k)),
+        "light" => capture.lights.iter().find_map(|l| strip(&l.name)).map(|k| (Owner::Light, k)),
+        "photo" => {
+            capture.photos.iter().enumerate().find_map(|(i, p)| strip(p.name()).map(|k| (Owner::Photo(i), k)))
+        }
+        _ => None,
+    }
+}
+
+/// Half the distance of a central difference: a pixel's tenth to its half for what moves an image, large enough that
+/// single-precision rays resolve it, small enough that the image stays linear over it.
+fn step(parameter: &Parameter) -> f64 {
+    let name = parameter.name.as_str();
+    let last = name.rsplit('.').next().unwrap_or(name);
+    let second = name.rsplit('.').nth(1).unwrap_or("");
+    let span = parameter.terms.iter().map(|t| t.ratio.abs()).fold(0.0, f64::max).max(1e-12);
+    let own = match (second, last) {
+        (_, "fx" | "fy") => 0.002 * parameter.value.abs(),
+        (_, "cx" | "cy") => 0.2,
+        (_, "radius") => 0.05 * parameter.value.abs(),
+        ("position", _) => 5e-4,
+        ("direction", _) => 5e-3,
+        ("distortion", _) => 2e-3,
+        // A matrix entry: column 3 is a translation in metres, the others turn.
+        ("0" | "1" | "2", "3") => 1e-4,
+        _ => 1e-3,
+    };
+    own / span
+}

@@ -1,0 +1,135 @@
+//! An evaluation: "render these photos at these parameters, and give me loss, normal equations or images".
+
+use crate::parameter::Parameter;
+
+/// What a client asks for, besides the capture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EvaluationRequest {
+    /// Numbers that differ from the capture's file, by dotted name.
+    pub numbers: Vec<(String, f64)>,
+    /// The derivatives wanted, in the order of the Gram matrix's columns after the residual.
+    pub columns: Vec<Parameter>,
+    /// Indices of the photos.
+    pub photos: Vec<usize>,
+    /// Samples per pixel, both halves together; even, at least 2.
+    pub samples: u32,
+    /// Seed of every random number.
+    pub seed: u64,
+    /// What is computed from the samples.
+    pub output: Output,
+}
+
+/// What an evaluation returns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Output {
+    /// Statistics against the photographs, of masked pixels that are not clipped. Only those pixels are rendered.
+    #[default]
+    Statistics,
+    /// Statistics as above, and the mean film of every pixel (photo values before response).
+    StatisticsAndFilms,
+    /// Films of every pixel; the photographs' files are not opened, so they need not exist.
+    Films,
+    /// First-hit buffers through pixel centres ([`crate::film::FIRST_HIT_CHANNELS`]); no photographs needed.
+    FirstHit,
+}
+
+impl Output {
+    /// Whether photographs are compared with.
+    #[must_use]
+    pub fn compares(self) -> bool {
+        matches!(self, Self::Statistics | Self::StatisticsAndFilms)
+    }
+
+    /// Whether images come back.
+    #[must_use]
+    pub fn has_films(self) -> bool {
+        self != Self::Statistics
+    }
+}
+
+/// What one photo's comparison with its render amounts to. Sums run over observations: masked, unclipped pixels, each
+/// of three channels.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PhotoStatistics {
+    /// Index of the photo.
+    pub photo: usize,
+    /// Number of observations.
+    pub observations: u64,
+    /// Gram matrix of [render - photo, d/d column...] under the weights 1 / (sensor variance + render variance),
+    /// `(1 + columns)^2` numbers, row-major, symmetric. Products of the two half buffers, so that Monte Carlo noise
+    /// adds no bias; hence its diagonal may be negative where there is nothing but noise.
+    pub gram: Vec<f64>,
+    /// Variance of `gram[0]` that is due to the render's own noise.
+    pub loss_variance: f64,
+    /// Sum of (mean of halves - photo)^2 / (sensor variance + render variance): expectation `observations` for a right model.
+    pub chi_square: f64,
+    /// Sum of (mean of halves - photo)^2, in photo values.
+    pub squared_error: f64,
+    /// Sum of the natural logarithm of (sensor variance + render variance).
+    pub log_variance: f64,
+    /// Largest photo value among the observations, the peak of a PSNR.
+    pub peak: f64,
+    /// Samples that were NaN or infinite and count as black.
+    pub invalid_samples: u64,
+}
+
+impl PhotoStatistics {
+    /// Adds another photo's sums to this one's, for totals.
+    pub fn add(&mut self, other: &Self) {
+        if self.gram.is_empty() {
+            self.gram = vec![0.0; other.gram.len()];
+        }
+        for (a, b) in self.gram.iter_mut().zip(&other.gram) {
+            *a += b;
+        }
+        self.observations += other.observations;
+        self.loss_variance += other.loss_variance;
+        self.chi_square += other.chi_square;
+        self.squared_error += other.squared_error;
+        self.log_variance += other.log_variance;
+        self.peak = self.peak.max(other.peak);
+        self.invalid_samples += other.invalid_samples;
+    }
+}
+
+/// A photo-sized image of several channels, planar.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Film {
+    /// Index of the photo.
+    pub photo: usize,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Channel by channel, each row-major with the top row first. Radiance films: R G B (photo values before
+    /// response). First hits: [`crate::film::FIRST_HIT_CHANNELS`].
+    pub channels: Vec<Vec<f32>>,
+}
+
+/// The answer to a request.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Evaluation {
+    /// One entry per photo of the request, in its order. Empty where nothing was compared.
+    pub photos: Vec<PhotoStatistics>,
+    /// One entry per photo of the request, in its order, where films were asked for.
+    pub films: Vec<Film>,
+    /// Camera samples traced, central differences not counted.
+    pub primary_samples: u64,
+}
+
+/// What streams back while an evaluation runs.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Progress {
+    /// Tasks committed.
+    pub tasks_done: u64,
+    /// Tasks in all.
+    pub tasks: u64,
+    /// Camera samples traced so far.
+    pub primary_samples: u64,
+    /// Mean weighted squared error per observation of what is committed (debiased), if anything was compared.
+    pub loss: f64,
+    /// Standard error of `loss` that is due to the render's noise.
+    pub loss_standard_error: f64,
+    /// Workers connected.
+    pub workers: u32,
+}

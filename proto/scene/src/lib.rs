@@ -1,0 +1,24 @@
+//! Domain types of Gonio: what a capture is, how its numbers are named, what an evaluation asks and answers.
+//!
+//! No I/O beyond reading a capture's files, no transport, no rendering. Everything else of the workspace depends on
+//! this crate and this crate on nothing of it.
+
+pub mod assets;
+pub mod capture;
+pub mod derivative;
+pub mod error;
+pub mod evaluation;
+pub mod files;
+pub mod film;
+pub mod image;
+pub mod mesh;
+pub mod parameter;
+
+pub use assets::{Assets, Photograph};
+pub use capture::Capture;
+pub use error::{Result, SceneError};
+pub use evaluation::{Evaluation, EvaluationRequest, Film, Output, PhotoStatistics, Progress};
+pub use parameter::{Parameter, Term};
+
+/// The largest width or height of an image in pixels.
+pub const MAX_SIDE: u32 = 16384;

@@ -1,0 +1,132 @@
+//! Triangle meshes, and the readers of the file formats that they come in.
+
+mod check;
+mod gltf;
+mod gltf_accessor;
+mod obj;
+mod ply;
+mod ply_write;
+mod stl;
+
+pub use ply_write::write_ply;
+
+use crate::decoder::shielded;
+use crate::error::{Result, SceneError};
+use crate::files::Files;
+
+/// A triangle mesh in its object's coordinates, in metres.
+///
+/// What [`read`] returns is sound: at least one triangle, every index in range, every coordinate finite, every normal
+/// of unit length, no triangle without an area.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mesh {
+    /// Vertex positions.
+    pub positions: Vec<[f32; 3]>,
+    /// One unit normal per vertex, to be interpolated over a triangle; `None` where face normals are to be used.
+    pub normals: Option<Vec<[f32; 3]>>,
+    /// Three vertex indices per triangle, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// How many triangles of the file had no area, and are not in `triangles`.
+    pub degenerate: usize,
+}
+
+/// What a format's reader found, not checked yet.
+#[derive(Debug, Default)]
+struct Surface {
+    positions: Vec<[f32; 3]>,
+    normals: Option<Vec<[f32; 3]>>,
+    triangles: Vec<[u32; 3]>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Ply,
+    Obj,
+    Stl,
+    Gltf,
+    Glb,
+}
+
+/// Reads the mesh file `path`: PLY, OBJ, STL, glTF or GLB, as both its extension and its first bytes say.
+///
+/// Polygons become triangle fans. glTF keeps its own axes (y up): the capture's `object_to_world` turns them.
+///
+/// # Errors
+/// The file cannot be read, is not of its extension's format, is truncated or contradicts itself, uses a feature that is
+/// not supported, or holds a mesh that cannot be rendered: empty, an index out of range, a coordinate or normal that is
+/// not finite, a zero normal, no triangle with an area, or an extent that no length in metres explains.
+pub fn read(files: &dyn Files, path: &str) -> Result<Mesh> {
+    let format = format_of(path)?;
+    let bytes = files.read(path)?;
+    check_magic(path, format, &bytes)?;
+    let surface = shielded(path, || match format {
+        Format::Ply => ply::read(path, &bytes),
+        Format::Obj => obj::read(path, &bytes),
+        Format::Stl => stl::read(path, &bytes),
+        Format::Gltf | Format::Glb => gltf::read(files, path, &bytes),
+    })?;
+    check::finish(path, surface)
+}
+
+/// The further files that the mesh file `path` with the content `bytes` needs (a glTF's external buffers), named as
+/// [`read`] will ask for them.
+///
+/// # Errors
+/// The extension is not a mesh format's, or the file is a glTF that cannot be parsed.
+pub fn dependencies(path: &str, bytes: &[u8]) -> Result<Vec<String>> {
+    match format_of(path)? {
+        // An OBJ's material library changes no geometry.
+        Format::Ply | Format::Obj | Format::Stl => Ok(Vec::new()),
+        Format::Gltf | Format::Glb => shielded(path, || gltf::dependencies(path, bytes)),
+    }
+}
+
+fn format_of(path: &str) -> Result<Format> {
+    let extension = path.rsplit(['/', '.']).next().unwrap_or_default().to_ascii_lowercase();
+    match extension.as_str() {
+        "ply" => Ok(Format::Ply),
+        "obj" => Ok(Format::Obj),
+        "stl" => Ok(Format::Stl),
+        "gltf" => Ok(Format::Gltf),
+        "glb" => Ok(Format::Glb),
+        _ => Err(SceneError::new(
+            path,
+            "has no mesh format's extension",
+            "use a PLY, OBJ, STL or glTF file: .ply, .obj, .stl, .gltf, .glb",
+        )),
+    }
+}
+
+/// Refuses a file whose first bytes belong to another format than its extension: a binary STL may begin with anything
+/// and an OBJ with any text, so for those two it is only known what they are not.
+fn check_magic(path: &str, format: Format, bytes: &[u8]) -> Result<()> {
+    if bytes.is_empty() {
+        return Err(SceneError::new(path, "is empty", "export the mesh again"));
+    }
+    let text_start = bytes.iter().find(|byte| !byte.is_ascii_whitespace());
+    let found = if bytes.starts_with(b"ply") && bytes.get(3).is_some_and(u8::is_ascii_whitespace) {
+        Some(Format::Ply)
+    } else if bytes.starts_with(b"glTF") {
+        Some(Format::Glb)
+    } else if text_start == Some(&b'{') && format != Format::Stl {
+        Some(Format::Gltf)
+    } else if bytes.starts_with(b"solid ") && format == Format::Obj {
+        Some(Format::Stl)
+    } else {
+        None
+    };
+    match found {
+        Some(found) if found == format => Ok(()),
+        Some(found) => Err(SceneError::new(
+            path,
+            format!("is a {found:?} file by its first bytes, not what its extension says"),
+            "rename it to the extension of its format",
+        )),
+        None if matches!(format, Format::Obj | Format::Stl) => Ok(()),
+        None => Err(SceneError::new(
+            path,
+            format!("does not begin as a {format:?} file"),
+            "export it again, or give it the extension of its format",
+        )),
+    }
+}

@@ -5,6 +5,7 @@
 
 pub mod assets;
 pub mod capture;
+mod decoder;
 pub mod derivative;
 pub mod error;
 pub mod evaluation;

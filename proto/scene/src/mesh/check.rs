@@ -21,11 +21,11 @@ const SLIVER: f64 = 1e-8;
 /// See [`super::read`].
 pub(super) fn finish(file: &str, surface: Surface) -> Result<Mesh> {
     let Surface { positions, mut normals, mut triangles } = surface;
-    if positions.is_empty() {
-        return Err(SceneError::new(file, "has no vertices", "export a mesh that has a surface"));
-    }
     if triangles.is_empty() {
         return Err(SceneError::new(file, "has no faces", "export a mesh that has a surface, not a point cloud or lines"));
+    }
+    if positions.is_empty() {
+        return Err(SceneError::new(file, "has no vertices", "export a mesh that has a surface"));
     }
     if u32::try_from(positions.len()).is_err() {
         let problem = format!("has {} vertices, more than 32-bit indices reach", positions.len());

@@ -2,13 +2,11 @@
 
 mod check;
 mod gltf;
-mod gltf_accessor;
 mod obj;
 mod ply;
-mod ply_write;
 mod stl;
 
-pub use ply_write::write_ply;
+pub use ply::write_ply;
 
 use crate::decoder::shielded;
 use crate::error::{Result, SceneError};

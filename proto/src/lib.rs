@@ -1,1 +1,15 @@
-//! gonio-proto
+//! What crosses a process boundary: the messages of `farm.proto`, and their conversions to and from domain types.
+//!
+//! [`wire`] holds the generated code; nothing outside [`convert`] should look into a message without having it checked
+//! there first.
+
+pub mod convert;
+pub mod limits;
+
+/// Generated from `farm.proto`, whose comments say who speaks first and what zero means.
+#[allow(missing_docs, clippy::all, unused_qualifications)]
+pub mod wire {
+    tonic::include_proto!("gonio.farm.v1");
+}
+
+pub use convert::{Digest, WireError};

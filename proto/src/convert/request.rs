@@ -1,0 +1,122 @@
+//! What a client asks for.
+
+use super::{Digest, Result, WireError, at_most, finite, named};
+use crate::{limits, wire};
+use gonio_scene::capture::Range;
+use gonio_scene::{EvaluationRequest, Output, Parameter, Term};
+use std::collections::BTreeSet;
+
+/// The message for `request` about the capture `digest`.
+#[must_use]
+pub fn request_to_wire(digest: Digest, request: &EvaluationRequest) -> wire::EvaluationRequest {
+    wire::EvaluationRequest {
+        capture_digest: digest.to_wire(),
+        numbers: numbers_to_wire(&request.numbers),
+        columns: columns_to_wire(&request.columns),
+        // An index beyond 32 bits is beyond any capture's photos, and is refused as such.
+        photos: request.photos.iter().map(|p| u32::try_from(*p).unwrap_or(u32::MAX)).collect(),
+        samples: request.samples,
+        seed: request.seed,
+        output: match request.output {
+            Output::Statistics => wire::Output::Statistics,
+            Output::StatisticsAndFilms => wire::Output::StatisticsAndFilms,
+            Output::Films => wire::Output::Films,
+            Output::FirstHit => wire::Output::FirstHit,
+        }
+        .into(),
+    }
+}
+
+/// The capture's digest and the request of a message.
+///
+/// # Errors
+/// Anything outside the limits of [`limits`] or what the message's comments demand. Whether names and photos exist
+/// is for who has the capture.
+pub fn request_from_wire(message: wire::EvaluationRequest) -> Result<(Digest, EvaluationRequest)> {
+    let digest = Digest::from_wire("EvaluationRequest.capture_digest", &message.capture_digest)?;
+    let field = "EvaluationRequest.photos";
+    at_most(field, message.photos.len(), limits::PHOTOS)?;
+    if message.photos.is_empty() {
+        return Err(WireError::new(field, "is empty: name at least one photo"));
+    }
+    let mut seen = BTreeSet::new();
+    if let Some(twice) = message.photos.iter().find(|p| !seen.insert(**p)) {
+        return Err(WireError::new(field, format!("names photo {twice} twice")));
+    }
+    if message.samples < 2 || !message.samples.is_multiple_of(2) || message.samples > limits::SAMPLES {
+        let problem = format!("is {}, must be even and 2 to {}", message.samples, limits::SAMPLES);
+        return Err(WireError::new("EvaluationRequest.samples", problem));
+    }
+    let output = match wire::Output::try_from(message.output) {
+        Ok(wire::Output::Statistics) => Output::Statistics,
+        Ok(wire::Output::StatisticsAndFilms) => Output::StatisticsAndFilms,
+        Ok(wire::Output::Films) => Output::Films,
+        Ok(wire::Output::FirstHit) => Output::FirstHit,
+        Err(_) => {
+            return Err(WireError::new("EvaluationRequest.output", format!("is {}, unknown here", message.output)));
+        }
+    };
+    let request = EvaluationRequest {
+        numbers: numbers_from_wire("EvaluationRequest.numbers", message.numbers)?,
+        columns: columns_from_wire("EvaluationRequest.columns", message.columns)?,
+        photos: message.photos.into_iter().map(|p| p as usize).collect(),
+        samples: message.samples,
+        seed: message.seed,
+        output,
+    };
+    Ok((digest, request))
+}
+
+pub(super) fn numbers_to_wire(numbers: &[(String, f64)]) -> Vec<wire::Number> {
+    numbers.iter().map(|(name, value)| wire::Number { name: name.clone(), value: *value }).collect()
+}
+
+pub(super) fn numbers_from_wire(field: &str, numbers: Vec<wire::Number>) -> Result<Vec<(String, f64)>> {
+    at_most(field, numbers.len(), limits::NUMBERS)?;
+    numbers
+        .into_iter()
+        .map(|n| {
+            let name = named(field, n.name, limits::NAME_BYTES)?;
+            let value = finite(&format!("{field}.{name}"), n.value)?;
+            Ok((name, value))
+        })
+        .collect()
+}
+
+pub(super) fn columns_to_wire(columns: &[Parameter]) -> Vec<wire::Parameter> {
+    let term = |t: &Term| wire::Term { number: t.number.clone(), ratio: t.ratio };
+    columns
+        .iter()
+        .map(|p| wire::Parameter {
+            name: p.name.clone(),
+            value: p.value,
+            minimum: p.range.min,
+            maximum: p.range.max,
+            terms: p.terms.iter().map(term).collect(),
+        })
+        .collect()
+}
+
+pub(super) fn columns_from_wire(field: &str, columns: Vec<wire::Parameter>) -> Result<Vec<Parameter>> {
+    at_most(field, columns.len(), limits::COLUMNS)?;
+    columns
+        .into_iter()
+        .map(|column| {
+            let name = named(field, column.name, limits::NAME_BYTES)?;
+            let field = format!("{field}.{name}");
+            let range = Range { min: finite(&field, column.minimum)?, max: finite(&field, column.maximum)? };
+            if range.min > range.max {
+                return Err(WireError::new(field, format!("has the bounds {} to {}", range.min, range.max)));
+            }
+            at_most(&field, column.terms.len(), limits::TERMS)?;
+            if column.terms.is_empty() {
+                return Err(WireError::new(field, "moves no number"));
+            }
+            let terms = column.terms.into_iter().map(|term| {
+                let number = named(&field, term.number, limits::NAME_BYTES)?;
+                Ok(Term { number, ratio: finite(&field, term.ratio)? })
+            });
+            Ok(Parameter { value: finite(&field, column.value)?, range, terms: terms.collect::<Result<_>>()?, name })
+        })
+        .collect()
+}

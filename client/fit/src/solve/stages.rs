@@ -1,0 +1,40 @@
+//! What the general-purpose solvers share: the same search at more and more samples, and one judgement at the end.
+
+use super::{Outcome, Schedule, scale};
+use crate::Options;
+use crate::normal::{Normal, count};
+use crate::objective::{Objective, Stopped};
+
+/// Step left, in standard errors, with which a search without curvature may end.
+const TOLERANCE: f64 = 0.5;
+
+/// One stage's work: from coordinates, at samples per pixel, with the normal equations there; returns coordinates.
+pub(super) type Search<'s> = dyn FnMut(&[f64], u32, &Normal, usize) -> Result<Vec<f64>, Stopped> + 's;
+
+/// Runs `search` from the scaled start, then again from where it ended at the next samples, until these are enough.
+pub(super) fn run(objective: &Objective<'_>, options: &Options, search: &mut Search<'_>) -> Result<Outcome, Stopped> {
+    let schedule = Schedule { max: options.max_samples };
+    let mut samples = options.min_samples;
+    let mut u = scale::solve(objective, samples)?;
+    for stage in 0.. {
+        let before = objective.normal(&u, samples)?;
+        u = search(&u, samples, &before, stage)?;
+        let after = objective.normal(&u, samples)?;
+        objective.place(&u, samples);
+        let out_of_iterations = objective.iteration_count() >= options.iterations();
+        match schedule.next(samples, &after) {
+            Some(more) if !out_of_iterations => samples = more,
+            _ => {
+                let left = after.spectrum().decrement() / (count(u.len() as u64).max(1.0) * after.misfit());
+                let tolerance = options.tolerance.max(TOLERANCE);
+                return Ok(Outcome { position: u, samples, converged: left <= tolerance * tolerance });
+            }
+        }
+    }
+    Err(Stopped)
+}
+
+/// Iterations that are left of the options' budget.
+pub(super) fn iterations_left(objective: &Objective<'_>, options: &Options) -> u64 {
+    u64::from(options.iterations().saturating_sub(objective.iteration_count()))
+}

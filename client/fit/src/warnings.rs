@@ -1,0 +1,143 @@
+//! What the reader of a fit must know, in plain words.
+
+use crate::solve::Schedule;
+use crate::uncertainty::Uncertainty;
+use crate::{Normal, Score, Space};
+use gonio_scene::PhotoStatistics;
+
+/// Correlation from which on two parameters count as one.
+const INSEPARABLE: f64 = 0.98;
+/// Eigenvalue of the normal equations, scaled to a unit diagonal, below which a combination is undetermined.
+const UNDETERMINED: f64 = 1e-6;
+
+/// The warnings about an estimate at physical `values`.
+pub(crate) fn about(space: &Space, values: &[f64], uncertainty: &Uncertainty) -> Vec<String> {
+    let names = space.names();
+    let mut warnings = undetermined(&names, uncertainty);
+    for (i, name) in names.iter().enumerate() {
+        let (Some(transform), Some(value)) = (space.transforms().get(i), values.get(i)) else { continue };
+        let error = uncertainty.standard_errors.get(i).copied().unwrap_or(f64::INFINITY);
+        if error.is_infinite() {
+            warnings.push(format!(
+                "no fitted photo depends on {name}; its value is the start's: remove it from fit.parameters, or add photos that show it"
+            ));
+        } else if let Some(bound) = transform.bound(*value) {
+            warnings.push(format!(
+                "{name} is at its bound {bound}, so its standard error means little: the model, the exposure or the light may be wrong"
+            ));
+        } else if error > transform.span().min(span_of_open(*transform, *value)) {
+            warnings.push(format!("{name} is not determined: its standard error {error:.2e} exceeds its whole range"));
+        }
+        if uncertainty.photos_disagree(i) {
+            warnings.push(format!(
+                "the photos disagree about {name} by more than noise explains; its standard error is from their scatter"
+            ));
+        }
+    }
+    warnings
+}
+
+/// An open quantity is undetermined when its error exceeds itself.
+fn span_of_open(transform: crate::Transform, value: f64) -> f64 {
+    if matches!(transform, crate::Transform::Above { .. }) { value.abs() } else { f64::INFINITY }
+}
+
+/// Groups of parameters that the data cannot separate: by correlations, and by small eigenvalues.
+fn undetermined(names: &[String], uncertainty: &Uncertainty) -> Vec<String> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let spectrum = &uncertainty.spectrum;
+    for (k, _) in spectrum.values.iter().enumerate().filter(|(_, v)| **v < UNDETERMINED) {
+        let members = (0..names.len())
+            .filter(|i| spectrum.vectors[(*i, k)].abs() > 0.1 && spectrum.inverse_scale[*i] > 0.0)
+            .collect();
+        join(&mut groups, members);
+    }
+    for (i, row) in uncertainty.correlations.iter().enumerate() {
+        for (j, _) in row.iter().enumerate().skip(i + 1).filter(|(_, c)| c.abs() > INSEPARABLE) {
+            join(&mut groups, vec![i, j]);
+        }
+    }
+    let largest = |group: &[usize]| {
+        let pairs = group.iter().flat_map(|i| group.iter().filter(move |j| *j > i).map(move |j| (*i, *j)));
+        pairs.filter_map(|(i, j)| uncertainty.correlations.get(i)?.get(j)).fold(0.0_f64, |m, c| m.max(c.abs()))
+    };
+    let text = |group: &Vec<usize>| {
+        let members: Vec<&str> = group.iter().filter_map(|i| names.get(*i)).map(String::as_str).collect();
+        format!(
+            "the photos can hardly tell {} apart (correlation {:.3}): {}",
+            members.join(" and "),
+            largest(group),
+            remedy(&members)
+        )
+    };
+    groups.iter().filter(|g| g.len() > 1).map(text).collect()
+}
+
+/// Adds a group, merged with those that it shares a member with.
+fn join(groups: &mut Vec<Vec<usize>>, mut members: Vec<usize>) {
+    groups.retain(|group| {
+        let shares = group.iter().any(|g| members.contains(g));
+        if shares {
+            members.extend(group);
+        }
+        !shares
+    });
+    members.sort_unstable();
+    members.dedup();
+    groups.push(members);
+}
+
+/// What would separate the members of a group.
+fn remedy(names: &[&str]) -> &'static str {
+    let any = |part: &str| names.iter().any(|n| n.contains(part));
+    let light = names.iter().any(|n| n.starts_with("light.") && !n.contains(".position") && !n.contains(".direction"));
+    if (light || any("gain") || any("exposure")) && any("base_color") {
+        "put a part of known reflectance in view, or fix the light"
+    } else if any("gain") || any("exposure") {
+        "fix one photo's gain, or the light"
+    } else if light && names.iter().all(|n| n.starts_with("light.")) {
+        "take photos with one light at a time"
+    } else if any("roughness") || any("ior") || any(".eta") || any(".k.") {
+        "take photos with the highlight in view, at mirror and at grazing angles, or fix one of them"
+    } else if any("position") || any("object_to_world") || any("camera") || any("direction") {
+        "take photos from more directions and distances, or fix one of them"
+    } else {
+        "fix one of them, or take photos that differ in them"
+    }
+}
+
+/// The warnings about how the fit ended and how well it matches.
+pub(crate) fn about_scores(normal: &Normal, fit: &Score, held_out: Option<&Score>) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if fit.reduced_chi_square > 1.5 {
+        warnings.push(format!(
+            "reduced chi-square is {:.2}: the model does not explain the photos, or the sensor's noise is understated",
+            fit.reduced_chi_square
+        ));
+    }
+    if let Some(held) = held_out
+        && held.reduced_chi_square > 1.5 * fit.reduced_chi_square.max(1.0)
+    {
+        warnings.push(format!(
+            "held-out photos match much worse (reduced chi-square {:.2} against {:.2}): the fit does not carry over to them",
+            held.reduced_chi_square, fit.reduced_chi_square
+        ));
+    }
+    if !Schedule::is_enough(normal) {
+        warnings.push(format!(
+            "render noise still makes {:.0} % of the variance at the most samples allowed; more samples would narrow the errors",
+            100.0 * normal.render_share()
+        ));
+    }
+    invalid(&normal.total, &mut warnings);
+    warnings
+}
+
+fn invalid(total: &PhotoStatistics, warnings: &mut Vec<String>) {
+    if total.invalid_samples > 0 {
+        warnings.push(format!(
+            "{} samples were NaN or infinite and count as black: look for degenerate triangles or extreme values",
+            total.invalid_samples
+        ));
+    }
+}

@@ -16,13 +16,17 @@ pub(crate) fn shielded<T>(file: &str, decode: impl FnOnce() -> Result<T>) -> Res
     })
 }
 
+/// Decoders quote what they could not read, which may be the whole file: at most this many characters of it.
+const LONGEST: usize = 200;
+
 /// The message of a decoder's error on one line, without the final stop.
 pub(crate) fn one_line(error: &dyn std::fmt::Display) -> String {
-    let mut text = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-    if text.chars().count() > 200 {
-        text = text.chars().take(200).collect::<String>() + "...";
+    let text = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+    let text = text.trim_end_matches('.');
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => text.get(..end).unwrap_or_default().to_owned() + "...",
+        None => text.to_owned(),
     }
-    text.trim_end_matches('.').to_owned()
 }
 
 #[cfg(test)]

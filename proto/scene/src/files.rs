@@ -85,7 +85,11 @@ pub struct MemoryFiles(pub BTreeMap<String, Arc<[u8]>>);
 impl Files for MemoryFiles {
     fn read(&self, path: &str) -> Result<Arc<[u8]>> {
         self.0.get(path).cloned().ok_or_else(|| {
-            SceneError::new(path, "is not among the files of the packed capture", "pack the capture again, with this file")
+            SceneError::new(
+                path,
+                "is not among the files of the packed capture",
+                "pack the capture again, with this file",
+            )
         })
     }
 }

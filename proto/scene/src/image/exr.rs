@@ -39,7 +39,9 @@ pub(super) fn read(path: &str, bytes: &[u8]) -> Result<Image> {
     let layer = decoded.layer_data.get(part).ok_or_else(|| SceneError::new(path, "has lost a part", MEND))?;
     let channel = |name: &String| {
         let found = layer.channel_data.list.iter().find(|channel| channel.name.to_string() == *name);
-        found.map(|channel| &channel.sample_data).ok_or_else(|| SceneError::new(path, "has lost a channel", MEND).at(name))
+        found
+            .map(|channel| &channel.sample_data)
+            .ok_or_else(|| SceneError::new(path, "has lost a channel", MEND).at(name))
     };
     let [r, g, b] = &names;
     let channels = [channel(r)?, channel(g)?, channel(b)?];
@@ -77,9 +79,9 @@ fn headers(path: &str, bytes: &[u8]) -> Result<Vec<Header>> {
             SampleType::F16 => 2,
             SampleType::F32 | SampleType::U32 => 4,
         };
-        let bytes = header.channels.list.iter().map(|channel| sample_bytes(channel.sample_type)).sum();
-        total = total.saturating_add(pixels.saturating_mul(bytes));
-        limit::check(path, size(path, header.data_window())?, total, 0)?;
+        let pixel_bytes = header.channels.list.iter().map(|channel| sample_bytes(channel.sample_type)).sum();
+        total = total.saturating_add(pixels.saturating_mul(pixel_bytes));
+        limit::check(path, size(path, header.data_window())?, total, bytes.len())?;
     }
     if let Some(header) = headers.first() {
         limit::check(path, size(path, header.shared_attributes.display_window)?, total, bytes.len())?;
@@ -110,7 +112,13 @@ fn check_window(path: &str, data: IntegerBounds, display: IntegerBounds) -> Resu
         return Ok(());
     }
     let describe = |window: IntegerBounds| {
-        format!("{} x {} at {}, {}", window.size.width(), window.size.height(), window.position.x(), window.position.y())
+        format!(
+            "{} x {} at {}, {}",
+            window.size.width(),
+            window.size.height(),
+            window.position.x(),
+            window.position.y()
+        )
     };
     Err(SceneError::new(
         path,
@@ -161,7 +169,9 @@ fn choose(path: &str, headers: &[Header]) -> Result<Choice> {
         chosen.names.contains(&channel.name.to_string()) && (channel.sampling.x() != 1 || channel.sampling.y() != 1)
     });
     match subsampled {
-        Some(channel) => Err(SceneError::new(path, "is subsampled, which is not supported", MEND).at(channel.name.to_string())),
+        Some(channel) => {
+            Err(SceneError::new(path, "is subsampled, which is not supported", MEND).at(channel.name.to_string()))
+        }
         None => Ok(chosen),
     }
 }

@@ -31,7 +31,11 @@ pub fn read_mask(files: &dyn Files, path: &str) -> Result<Mask> {
     let (format, bytes) = open(files, path)?;
     let mend = "save the mask as an 8-bit gray PNG, 255 where a pixel counts and 0 elsewhere";
     if matches!(format, Format::OpenExr | Format::Hdr) {
-        return Err(SceneError::new(path, "has floating-point values, and a mask counts by the value 127 of 255", mend));
+        return Err(SceneError::new(
+            path,
+            "has floating-point values, and a mask counts by the value 127 of 255",
+            mend,
+        ));
     }
     let decoded = shielded(path, || raster::decode(path, format, &bytes))?;
     let high = |value: u16| value.to_be_bytes()[0];
@@ -49,8 +53,11 @@ pub fn read_mask(files: &dyn Files, path: &str) -> Result<Mask> {
     let (width, height) = (decoded.width(), decoded.height());
     let values = values.map_err(|first| {
         let columns = (width as usize).max(1);
-        SceneError::new(path, "has a colour, so that it is not clear what counts", mend)
-            .at(format!("pixel (column {}, row {})", first % columns, first / columns))
+        SceneError::new(path, "has a colour, so that it is not clear what counts", mend).at(format!(
+            "pixel (column {}, row {})",
+            first % columns,
+            first / columns
+        ))
     })?;
     let largest = values.iter().copied().max().unwrap_or(0);
     if (1..=THRESHOLD).contains(&largest) {

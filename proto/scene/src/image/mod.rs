@@ -9,6 +9,9 @@ mod write;
 pub use mask::{Mask, read_mask};
 pub use write::{encode_exr, encode_exr_channels, encode_png8, write_exr, write_exr_channels, write_png8};
 
+use std::path::Path;
+use std::sync::Arc;
+
 use crate::decoder::shielded;
 use crate::error::{Result, SceneError};
 use crate::files::Files;
@@ -64,9 +67,9 @@ pub fn dimensions(files: &dyn Files, path: &str) -> Result<(u32, u32)> {
     })
 }
 
-fn open(files: &dyn Files, path: &str) -> Result<(Format, std::sync::Arc<[u8]>)> {
-    let extension = path.rsplit(['/', '.']).next().unwrap_or_default().to_ascii_lowercase();
-    let format = match extension.as_str() {
+fn open(files: &dyn Files, path: &str) -> Result<(Format, Arc<[u8]>)> {
+    let extension = Path::new(path).extension().unwrap_or_default().to_ascii_lowercase();
+    let format = match extension.to_str().unwrap_or_default() {
         "exr" => Format::OpenExr,
         "hdr" => Format::Hdr,
         "png" => Format::Png,

@@ -42,7 +42,8 @@ pub(super) fn decode(path: &str, format: Format, bytes: &[u8]) -> Result<Dynamic
     if format == Format::Jpeg {
         check_jpeg_end(path, bytes)?;
     }
-    DynamicImage::from_decoder(open(path, format, bytes)?).map_err(|error| SceneError::new(path, one_line(&error), MEND))
+    DynamicImage::from_decoder(open(path, format, bytes)?)
+        .map_err(|error| SceneError::new(path, one_line(&error), MEND))
 }
 
 fn open<'a>(path: &str, format: Format, bytes: &'a [u8]) -> Result<impl ImageDecoder + use<'a>> {

@@ -109,6 +109,10 @@ fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut partial = path.as_os_str().to_owned();
     partial.push(".part");
     std::fs::write(&partial, bytes).and_then(|()| std::fs::rename(&partial, path)).map_err(|error| {
-        SceneError::new(name(path), format!("cannot be written: {error}"), "create its folder, or make room and permission")
+        SceneError::new(
+            name(path),
+            format!("cannot be written: {error}"),
+            "create its folder, or make room and permission",
+        )
     })
 }

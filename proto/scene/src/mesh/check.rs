@@ -22,7 +22,11 @@ const SLIVER: f64 = 1e-8;
 pub(super) fn finish(file: &str, surface: Surface) -> Result<Mesh> {
     let Surface { positions, mut normals, mut triangles } = surface;
     if triangles.is_empty() {
-        return Err(SceneError::new(file, "has no faces", "export a mesh that has a surface, not a point cloud or lines"));
+        return Err(SceneError::new(
+            file,
+            "has no faces",
+            "export a mesh that has a surface, not a point cloud or lines",
+        ));
     }
     if positions.is_empty() {
         return Err(SceneError::new(file, "has no vertices", "export a mesh that has a surface"));
@@ -139,7 +143,9 @@ mod tests {
     #[test]
     fn keeps_a_part_of_any_plausible_size_and_place() {
         for (scale, offset) in [(1e-6, 0.0), (1e-3, 10.0), (1.0, 0.0), (1e5, -1e5)] {
-            let surface = triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|p| p.map(|x: f32| x * scale + offset)));
+            let surface = triangle(
+                [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|p| p.map(|x: f32| x * scale + offset)),
+            );
             assert_eq!(finish("part.ply", surface).unwrap().triangles.len(), 1, "scale {scale} offset {offset}");
         }
     }
@@ -162,7 +168,11 @@ mod tests {
             let squared: f64 = normal.iter().map(|&value| f64::from(value) * f64::from(value)).sum();
             assert!((squared - 1.0).abs() < 4e-7, "{normal:?}");
         }
-        let again = Surface { positions: once.positions.clone(), normals: once.normals.clone(), triangles: once.triangles.clone() };
+        let again = Surface {
+            positions: once.positions.clone(),
+            normals: once.normals.clone(),
+            triangles: once.triangles.clone(),
+        };
         assert_eq!(finish("part.ply", again).unwrap(), once);
     }
 }

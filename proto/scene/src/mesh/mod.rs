@@ -8,6 +8,8 @@ mod stl;
 
 pub use ply::write_ply;
 
+use std::path::Path;
+
 use crate::decoder::shielded;
 use crate::error::{Result, SceneError};
 use crate::files::Files;
@@ -80,8 +82,8 @@ pub fn dependencies(path: &str, bytes: &[u8]) -> Result<Vec<String>> {
 }
 
 fn format_of(path: &str) -> Result<Format> {
-    let extension = path.rsplit(['/', '.']).next().unwrap_or_default().to_ascii_lowercase();
-    match extension.as_str() {
+    let extension = Path::new(path).extension().unwrap_or_default().to_ascii_lowercase();
+    match extension.to_str().unwrap_or_default() {
         "ply" => Ok(Format::Ply),
         "obj" => Ok(Format::Obj),
         "stl" => Ok(Format::Stl),

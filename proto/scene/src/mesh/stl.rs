@@ -45,6 +45,8 @@ fn check_ascii(file: &str, bytes: &[u8]) -> Result<()> {
     let lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii_start);
     match lines.filter(|line| line.starts_with(b"solid")).count() {
         1 => Ok(()),
-        solids => Err(SceneError::new(file, format!("has {solids} solids"), "join them into one, or export as binary STL")),
+        solids => {
+            Err(SceneError::new(file, format!("has {solids} solids"), "join them into one, or export as binary STL"))
+        }
     }
 }

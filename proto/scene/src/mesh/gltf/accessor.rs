@@ -1,7 +1,7 @@
 //! glTF accessors: typed views into buffers.
 //!
-//! The library's own accessor iterators compute offsets without checks and take a stride of zero, so a damaged file could
-//! ask for any amount of memory: here every element is known to lie in its buffer before the first is read.
+//! The library's own accessor iterators add and multiply offsets without checks, and end early without a word where a
+//! buffer is too short: here every element is known to lie in its buffer before the first is read.
 
 use std::sync::Arc;
 
@@ -15,7 +15,8 @@ const MEND: &str = "export it again, as GLB or PLY";
 /// The elements of an accessor of f32 vectors: positions, normals.
 pub(super) fn vectors(file: &str, accessor: &Accessor<'_>, buffers: &[Arc<[u8]>]) -> Result<Vec<[f32; 3]>> {
     if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec3) {
-        let problem = format!("is {:?} of {:?}, not a vector of three floats", accessor.dimensions(), accessor.data_type());
+        let problem =
+            format!("is {:?} of {:?}, not a vector of three floats", accessor.dimensions(), accessor.data_type());
         return Err(SceneError::new(file, problem, "export without quantization").at(place(accessor)));
     }
     let vector = |bytes: &[u8]| {
@@ -63,7 +64,10 @@ fn elements<'a>(
         content.get(..gaps.checked_add(size)?)
     })();
     let content = content.ok_or_else(|| {
-        refuse(&format!("has {} elements, which do not lie in its buffer", accessor.count()), "the file is damaged: export it again")
+        refuse(
+            &format!("has {} elements, which do not lie in its buffer", accessor.count()),
+            "the file is damaged: export it again",
+        )
     })?;
     Ok(content.chunks(stride).filter_map(move |element| element.get(..size)))
 }

@@ -10,7 +10,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::buffer::Source;
 use gltf::json::Root;
-use gltf::{Document, Glb};
+use gltf::json::validation::Checked;
+use gltf::{Document, Glb, Semantic};
 use percent_encoding::percent_decode_str;
 
 use super::Surface;
@@ -61,7 +62,9 @@ fn parse<'a>(file: &str, bytes: &'a [u8]) -> Result<(Document, Option<Cow<'a, [u
         let length = bytes.get(8..12).and_then(|field| field.try_into().ok()).map_or(0, u32::from_le_bytes);
         if length < 20 || length as usize != bytes.len() {
             let problem = format!("announces {length} bytes and has {}", bytes.len());
-            return Err(SceneError::new(file, problem, "the file is truncated or damaged: export it again").at("header"));
+            return Err(
+                SceneError::new(file, problem, "the file is truncated or damaged: export it again").at("header")
+            );
         }
         let glb = Glb::from_slice(bytes).map_err(|error| broken(&error))?;
         (glb.json, glb.bin)
@@ -77,6 +80,7 @@ fn parse<'a>(file: &str, bytes: &'a [u8]) -> Result<(Document, Option<Cow<'a, [u
         )
         .at("extensionsRequired"));
     }
+    check_positions(file, &root)?;
     let document = Document::from_json(root).map_err(|error| match error {
         gltf::Error::Validation(errors) => match errors.first() {
             Some((path, error)) => broken(&format!("is not valid: {error:?}")).at(path.to_string()),
@@ -85,6 +89,20 @@ fn parse<'a>(file: &str, bytes: &'a [u8]) -> Result<(Document, Option<Cow<'a, [u
         error => broken(&error),
     })?;
     Ok((document, binary))
+}
+
+/// The library's validation looks POSITION accessors up before it has checked that they exist, and would panic.
+fn check_positions(file: &str, root: &Root) -> Result<()> {
+    let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let mut positions =
+        primitives.filter_map(|primitive| primitive.attributes.get(&Checked::Valid(Semantic::Positions)));
+    match positions.find(|accessor| accessor.value() >= root.accessors.len()) {
+        None => Ok(()),
+        Some(accessor) => {
+            let problem = format!("refers to accessors[{}], which is not there", accessor.value());
+            Err(SceneError::new(file, problem, MEND).at("POSITION"))
+        }
+    }
 }
 
 fn embedded(data: &str) -> std::result::Result<Arc<[u8]>, String> {

@@ -5,7 +5,9 @@ mod write;
 pub use write::write_ply;
 
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType};
+use ply_rs_bw::ply::{
+    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
+};
 
 use super::Surface;
 use crate::decoder::one_line;
@@ -94,7 +96,8 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Surface> {
 
     let mut surface = Surface::default();
     for element in header.elements.values() {
-        let broken = |error: ParseError| SceneError::new(file, one_line(&error), MEND).at(format!("element {}", element.name));
+        let broken =
+            |error: ParseError| SceneError::new(file, one_line(&error), MEND).at(format!("element {}", element.name));
         match element.name.as_str() {
             "vertex" => {
                 let vertices = Parser::<Vertex>::new();
@@ -105,7 +108,8 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Surface> {
                 }
             }
             "face" => {
-                let faces = Parser::<Face>::new().read_payload_for_element(&mut reader, element, &header).map_err(broken)?;
+                let faces =
+                    Parser::<Face>::new().read_payload_for_element(&mut reader, element, &header).map_err(broken)?;
                 // Two triangles from a quad are the most that is common.
                 surface.triangles.reserve(faces.len());
                 for (number, face) in faces.iter().enumerate() {
@@ -127,13 +131,16 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Surface> {
     Ok(surface)
 }
 
-/// Everything that can be known before the payload is read: above all that the announced counts fit into the file, so
+/// Checks all that can be known before the payload is read: above all that the announced counts fit into the file, so
 /// that a damaged header costs neither memory nor time.
 fn check_header(file: &str, header: &Header, payload: usize) -> Result<()> {
+    let mut needed: usize = 0;
     for element in header.elements.values() {
-        let least = least_bytes(element, header.encoding);
-        if element.count.checked_mul(least).is_none_or(|bytes| bytes > payload) {
-            let problem = format!("announces {} of them, but only {payload} bytes follow the header", element.count);
+        let bytes = element.count.saturating_mul(least_bytes(element, header.encoding));
+        needed = needed.saturating_add(bytes);
+        if needed > payload {
+            let problem =
+                format!("announces {} of them, which do not fit the {payload} bytes after the header", element.count);
             return Err(SceneError::new(file, problem, "the file is truncated or its header damaged: export it again")
                 .at(format!("element {}", element.name)));
         }

@@ -13,3 +13,6 @@ pub mod wire {
 }
 
 pub use convert::{Digest, WireError};
+
+/// The version of the protocol and of everything that shapes a film: a farm's programs all have the same.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");

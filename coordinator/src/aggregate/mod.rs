@@ -1,0 +1,13 @@
+//! Reduction in fixed order: films of tasks become films of tiles, statistics of tiles, statistics of photos.
+//!
+//! Tasks arrive in any order, from any worker; the bits of the result never depend on it. Chunks of a tile are merged in
+//! ascending order of samples, pixels of a tile in row order, tiles of a photo in row order. What arrives early waits.
+
+pub mod merge;
+pub mod recipe;
+pub mod reduction;
+pub mod statistics;
+pub mod weight;
+
+pub use recipe::Recipe;
+pub use reduction::Reduction;

@@ -1,0 +1,177 @@
+//! The reduction of one evaluation: takes task films in any order, gives its statistics and films.
+
+use super::merge::{ChunkMerge, MergedFilm};
+use super::recipe::Recipe;
+use super::statistics::{Observed, compare};
+use crate::split::{Part, Split};
+use gonio_scene::capture::Sensor;
+use gonio_scene::film::TileFilm;
+use gonio_scene::{Evaluation, Film, Output, PhotoStatistics, Photograph};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// One of the request's photos.
+#[derive(Debug, Clone)]
+pub struct ReducedPhoto {
+    /// Index in the capture.
+    pub index: usize,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// How films become predictions.
+    pub recipe: Recipe,
+    /// What was measured, where it is compared with.
+    pub photograph: Option<Arc<Photograph>>,
+    /// Largest measured value among the pixels that count.
+    pub peak: f64,
+}
+
+/// Sums over tiles that are complete, in order of completion: for progress only, never for a result.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Running {
+    /// Observations.
+    pub observations: u64,
+    /// Debiased weighted squared error.
+    pub loss: f64,
+    /// Its variance.
+    pub loss_variance: f64,
+}
+
+/// One tile: collecting, then reduced.
+#[derive(Debug)]
+enum TileState {
+    Collecting(ChunkMerge),
+    Reduced { statistics: Option<PhotoStatistics>, film: Option<Vec<f32>> },
+}
+
+/// All of an evaluation's films on their way to its answer.
+#[derive(Debug)]
+pub struct Reduction {
+    output: Output,
+    sensor: Sensor,
+    split: Arc<Split>,
+    photos: Vec<ReducedPhoto>,
+    /// One lock per tile, held by whoever adds a film to it.
+    tiles: Vec<Mutex<TileState>>,
+    /// Tiles that are still collecting; whoever brings it to zero ends the evaluation.
+    collecting: AtomicUsize,
+    running: Mutex<Running>,
+}
+
+impl Reduction {
+    /// A reduction that waits for every task of `split`.
+    #[must_use]
+    pub fn new(output: Output, sensor: Sensor, split: Arc<Split>, photos: Vec<ReducedPhoto>) -> Self {
+        let tiles: Vec<_> =
+            split.tiles.iter().map(|_| Mutex::new(TileState::Collecting(ChunkMerge::default()))).collect();
+        let collecting = AtomicUsize::new(tiles.len());
+        Self { output, sensor, split, photos, tiles, collecting, running: Mutex::default() }
+    }
+
+    /// Takes the film of one task, which comes once; reduces the tile when it is complete. Returns whether all are.
+    pub fn add(&self, part: &Part, film: TileFilm) -> bool {
+        let mut tile = self.tiles[part.tile].lock().unwrap_or_else(PoisonError::into_inner);
+        let TileState::Collecting(merge) = &mut *tile else { return false };
+        // First hits have no samples to weigh by.
+        merge.add(part.chunk, film, (part.samples.len() as u32).max(1));
+        if merge.merged() < self.split.chunks() {
+            return false;
+        }
+        let film = std::mem::take(merge).finish();
+        *tile = self.reduce(part.tile, &film);
+        drop(tile);
+        self.collecting.fetch_sub(1, Ordering::AcqRel) == 1
+    }
+
+    fn reduce(&self, index: usize, film: &MergedFilm) -> TileState {
+        let work = &self.split.tiles[index];
+        let photo = &self.photos[work.photo];
+        let statistics = photo.photograph.as_deref().map(|photograph| {
+            let observed = Observed { tile: work.tile, pixels: &work.pixels, photograph, sensor: &self.sensor };
+            let statistics = compare(film, observed, &photo.recipe, photo.peak);
+            let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+            running.observations += statistics.observations;
+            running.loss += statistics.gram[0];
+            running.loss_variance += statistics.loss_variance;
+            statistics
+        });
+        TileState::Reduced { statistics, film: self.output.has_films().then(|| self.values(film, photo)) }
+    }
+
+    /// What an image of the tile shows, `[pixel][channel]`: photo values before response, or first hits.
+    fn values(&self, film: &MergedFilm, photo: &ReducedPhoto) -> Vec<f32> {
+        #[allow(clippy::cast_possible_truncation)]
+        let value = |pixel: usize, channel: usize| {
+            if self.output == Output::FirstHit {
+                return film.pixel(0, pixel)[channel] as f32;
+            }
+            let sum = film.pixel(0, pixel)[channel] + film.pixel(1, pixel)[channel];
+            (0.5 * photo.recipe.factor * sum) as f32
+        };
+        (0..film.pixels).flat_map(|p| (0..self.image_channels()).map(move |c| value(p, c))).collect()
+    }
+
+    fn image_channels(&self) -> usize {
+        if self.output == Output::FirstHit { gonio_scene::film::FIRST_HIT_CHANNELS.len() } else { 3 }
+    }
+
+    /// The sums over the tiles that are complete.
+    #[must_use]
+    pub fn running(&self) -> Running {
+        *self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The answer, once [`Reduction::add`] has said that all tiles are complete; `primary_samples` is left at 0.
+    ///
+    /// # Errors
+    /// A statistic that overflowed; the text names photo and statistic.
+    pub fn finish(&self) -> Result<Evaluation, String> {
+        let mut evaluation = Evaluation::default();
+        for photo in &self.photos {
+            let side = 1 + photo.recipe.columns;
+            if photo.photograph.is_some() {
+                let gram = vec![0.0; side * side];
+                evaluation.photos.push(PhotoStatistics { photo: photo.index, gram, ..PhotoStatistics::default() });
+            }
+            if self.output.has_films() {
+                let plane = vec![0.0; photo.width as usize * photo.height as usize];
+                let channels = vec![plane; self.image_channels()];
+                evaluation.films.push(Film { photo: photo.index, width: photo.width, height: photo.height, channels });
+            }
+        }
+        for (work, state) in self.split.tiles.iter().zip(&self.tiles) {
+            let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+            let TileState::Reduced { statistics, film } = &mut *state else {
+                return Err("a tile is missing".to_owned());
+            };
+            if let Some(statistics) = statistics {
+                evaluation.photos[work.photo].add(statistics);
+            }
+            if let Some(values) = film.take() {
+                let film = &mut evaluation.films[work.photo];
+                let channels = film.channels.len();
+                for (index, value) in work.pixels.indices().zip(values.chunks_exact(channels)) {
+                    let (x, y) = (index % work.tile.width as usize, index / work.tile.width as usize);
+                    let place = (work.tile.y as usize + y) * film.width as usize + work.tile.x as usize + x;
+                    for (plane, value) in film.channels.iter_mut().zip(value) {
+                        plane[place] = *value;
+                    }
+                }
+            }
+        }
+        evaluation.photos.iter().try_for_each(check_finite)?;
+        Ok(evaluation)
+    }
+}
+
+fn check_finite(s: &PhotoStatistics) -> Result<(), String> {
+    let sums = [s.loss_variance, s.chi_square, s.squared_error, s.log_variance, s.peak];
+    if s.gram.iter().chain(&sums).all(|v| v.is_finite()) {
+        return Ok(());
+    }
+    Err(format!(
+        "the comparison of photo {} with its render overflows; lower the capture's radiances or exposures to the order of one",
+        s.photo
+    ))
+}

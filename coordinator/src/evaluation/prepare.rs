@@ -1,0 +1,85 @@
+//! From a request to tasks and their reduction.
+
+use super::cache::Captures;
+use crate::aggregate::reduction::ReducedPhoto;
+use crate::aggregate::{Recipe, Reduction};
+use crate::broker::{Active, Failure, Outcome};
+use crate::split::{PhotoArea, Split};
+use gonio_proto::convert::task::Setup;
+use gonio_proto::{Digest, limits};
+use gonio_scene::derivative::Plan;
+use gonio_scene::{EvaluationRequest, MAX_SIDE, Output, Photograph};
+use std::sync::Arc;
+use tokio::sync::oneshot;
+
+/// An evaluation that is ready to be worked on, and where its outcome will be told.
+pub type Prepared = (Arc<Active>, oneshot::Receiver<Outcome>);
+
+/// Reads the capture and the photographs that are compared with, no others, and splits the evaluation.
+///
+/// # Errors
+/// A name, photo or value that the capture does not have or allow; a file that is missing or broken; more than the
+/// farm takes.
+pub async fn prepare(
+    captures: &Captures,
+    evaluation: u64,
+    digest: Digest,
+    request: EvaluationRequest,
+) -> Result<Prepared, Failure> {
+    let described = captures.describe(digest).await?;
+    let mut capture = described.capture.clone();
+    capture.set_numbers(&request.numbers).map_err(Failure::of_request)?;
+    if capture.photos.len() > limits::PHOTOS {
+        return Err(Failure::of_request(format!("capture.toml has more than {} photos", limits::PHOTOS)));
+    }
+    if let Some(index) = request.photos.iter().find(|index| **index >= capture.photos.len()) {
+        return Err(Failure::of_request(format!("photo {index}: the capture has {} photos", capture.photos.len())));
+    }
+    let plan = Plan::new(&capture, &request.columns).map_err(Failure::of_request)?;
+    let capture = Arc::new(capture);
+
+    let mut photographs = Vec::with_capacity(request.photos.len());
+    for index in &request.photos {
+        photographs.push(match request.output.compares() {
+            true => Some(captures.photograph(digest, &described, &capture, *index).await?),
+            false => None,
+        });
+    }
+    let cpu = move || {
+        let mut photos = Vec::with_capacity(photographs.len());
+        for (index, photograph) in request.photos.iter().zip(photographs) {
+            let photo = &capture.photos[*index];
+            let camera = capture.camera_of(photo);
+            if camera.width.max(camera.height) > MAX_SIDE {
+                let text = format!("photo {}: has {}x{} pixels, at most {MAX_SIDE} a side", photo.name(), camera.width, camera.height);
+                return Err(Failure::of_request(text));
+            }
+            let peak = photograph.as_deref().map_or(0.0, peak);
+            let recipe = Recipe::new(&plan, *index, photo.factor());
+            photos.push(ReducedPhoto { index: *index, width: camera.width, height: camera.height, recipe, photograph, peak });
+        }
+        let only_counted = request.output == Output::Statistics;
+        let area = |photo: &'_ ReducedPhoto| PhotoArea {
+            width: photo.width,
+            height: photo.height,
+            counted: photo.photograph.as_deref().filter(|_| only_counted),
+        };
+        let areas: Vec<_> = photos.iter().map(area).collect();
+        let split = Split::new(&areas, request.samples, request.output, plan.planes.len());
+        let split = Arc::new(split.map_err(Failure::of_request)?);
+        let reduction = Reduction::new(request.output, capture.sensor.clone(), Arc::clone(&split), photos);
+        let first_hits = request.output == Output::FirstHit;
+        // First hits depend on no derivative: without columns, workers find the scene that they prepared before.
+        let columns = if first_hits { Vec::new() } else { request.columns };
+        let setup = Setup { evaluation, capture: digest, numbers: request.numbers, columns, first_hits };
+        let (active, outcome) = Active::new(setup, split, request.photos, request.seed, reduction);
+        Ok((Arc::new(active), outcome))
+    };
+    tokio::task::spawn_blocking(cpu).await.map_err(Failure::of_farm)?
+}
+
+/// The largest value among the pixels that count.
+fn peak(photograph: &Photograph) -> f64 {
+    let counted = photograph.image.pixels.iter().zip(&photograph.counts).filter(|(_, counts)| **counts);
+    counted.flat_map(|(pixel, _)| pixel).fold(0.0, |peak, value| f64::from(*value).max(peak))
+}

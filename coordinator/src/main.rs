@@ -1,0 +1,42 @@
+//! `gonio-coordinator`: the farm's middle, as a process of its own.
+
+use anyhow::Context;
+use clap::Parser;
+use gonio_coordinator::store::Blobs;
+use gonio_coordinator::{Coordinator, broker, service};
+use tokio::net::TcpListener;
+use tracing_subscriber::EnvFilter;
+
+/// Hands out the tasks of evaluations to workers and reduces what they render.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Arguments {
+    /// Address to listen on; port 0 takes a free one, which is printed
+    #[arg(long, default_value = "127.0.0.1:7300")]
+    listen: String,
+    /// Where captures are kept: a folder, memory://, or s3://BUCKET/PREFIX
+    #[arg(long, default_value = "gonio-store")]
+    store: String,
+}
+
+#[tokio::main]
+async fn main() -> anyhow::Result<()> {
+    let arguments = Arguments::parse();
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let blobs = Blobs::open(&arguments.store)?;
+    let listener = TcpListener::bind(&arguments.listen).await;
+    let listener = listener.with_context(|| format!("cannot listen on {}; choose another --listen", arguments.listen))?;
+    println!("listening on http://{}", listener.local_addr()?);
+    let coordinator = Coordinator::new(blobs, broker::LEASE);
+    let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
+    let stop = async move {
+        tokio::select! {
+            _ = tokio::signal::ctrl_c() => {}
+            _ = terminate.recv() => {}
+        }
+        tracing::info!("stopping");
+    };
+    service::serve(coordinator, listener, stop).await?;
+    Ok(())
+}

@@ -1,0 +1,116 @@
+//! The coordinator behind gRPC.
+
+use crate::Coordinator;
+use crate::broker::ToWorker;
+use crate::store::StoreError;
+use bytes::Bytes;
+use futures::StreamExt;
+use futures::stream::BoxStream;
+use gonio_proto::convert::digest::{BlobAssembly, blob_chunks, digests_from_wire, digests_to_wire};
+use gonio_proto::wire::farm_server::{Farm, FarmServer};
+use gonio_proto::{Digest, limits, wire};
+use std::future::Future;
+use std::time::Duration;
+use tokio::net::TcpListener;
+use tokio_stream::wrappers::{TcpListenerStream, UnboundedReceiverStream};
+use tonic::{Request, Response, Status, Streaming};
+
+/// How often a silent connection is asked whether it lives, and how long it may take to answer.
+const KEEPALIVE: Duration = Duration::from_secs(5);
+
+/// How long a client may take from one chunk of a blob to the next.
+const CHUNK_TIMEOUT: Duration = Duration::from_secs(30);
+
+/// Serves `coordinator` on a listener until `stop` completes; streams that are open then are cut.
+///
+/// # Errors
+/// The transport fails.
+pub async fn serve(
+    coordinator: Coordinator,
+    listener: TcpListener,
+    stop: impl Future<Output = ()>,
+) -> Result<(), tonic::transport::Error> {
+    let farm = FarmServer::new(Service { coordinator }).max_decoding_message_size(limits::MESSAGE_BYTES);
+    let incoming = TcpListenerStream::new(listener).map(|connection| {
+        if let Ok(stream) = &connection {
+            // Small messages must not wait for more; where it cannot be set, they do.
+            let _ = stream.set_nodelay(true);
+        }
+        connection
+    });
+    let server = tonic::transport::Server::builder()
+        .initial_stream_window_size(limits::STREAM_WINDOW_BYTES)
+        .initial_connection_window_size(2 * limits::STREAM_WINDOW_BYTES)
+        .max_frame_size(limits::FRAME_BYTES)
+        .http2_keepalive_interval(Some(KEEPALIVE))
+        .http2_keepalive_timeout(Some(KEEPALIVE))
+        .add_service(farm)
+        .serve_with_incoming(incoming);
+    tokio::select! {
+        result = server => result,
+        () = stop => Ok(()),
+    }
+}
+
+struct Service {
+    coordinator: Coordinator,
+}
+
+impl From<StoreError> for Status {
+    fn from(error: StoreError) -> Self {
+        let text = error.to_string();
+        match error {
+            StoreError::Missing(_) => Self::not_found(text),
+            StoreError::TooLarge { .. } => Self::resource_exhausted(text),
+            StoreError::Damaged(_) => Self::data_loss(text),
+            StoreError::Url { .. } | StoreError::Store(_) => Self::unavailable(text),
+        }
+    }
+}
+
+#[tonic::async_trait]
+impl Farm for Service {
+    type WorkStream = UnboundedReceiverStream<ToWorker>;
+    type EvaluateStream = BoxStream<'static, Result<wire::EvaluationEvent, Status>>;
+    type GetBlobStream = BoxStream<'static, Result<wire::BlobChunk, Status>>;
+
+    async fn work(&self, request: Request<Streaming<wire::FromWorker>>) -> Result<Response<Self::WorkStream>, Status> {
+        Ok(Response::new(self.coordinator.work(request.into_inner())))
+    }
+
+    async fn evaluate(
+        &self,
+        request: Request<wire::EvaluationRequest>,
+    ) -> Result<Response<Self::EvaluateStream>, Status> {
+        let events = self.coordinator.evaluate(request.into_inner())?;
+        Ok(Response::new(events.map(Ok).boxed()))
+    }
+
+    async fn missing_blobs(&self, request: Request<wire::BlobDigests>) -> Result<Response<wire::BlobDigests>, Status> {
+        let missing = self.coordinator.missing_blobs(digests_from_wire(request.get_ref())?).await?;
+        Ok(Response::new(digests_to_wire(&missing)))
+    }
+
+    async fn put_blob(&self, request: Request<Streaming<wire::BlobChunk>>) -> Result<Response<wire::BlobReceipt>, Status> {
+        let _turn = self.coordinator.uploads.acquire().await.map_err(|e| Status::unavailable(e.to_string()))?;
+        let mut chunks = request.into_inner();
+        let mut assembly = BlobAssembly::default();
+        loop {
+            let chunk = tokio::time::timeout(CHUNK_TIMEOUT, chunks.message()).await;
+            match chunk.map_err(|_| Status::deadline_exceeded("no further chunk of the blob came"))?? {
+                Some(chunk) => assembly.add(&chunk)?,
+                None => break,
+            }
+        }
+        let verified = tokio::task::spawn_blocking(move || assembly.finish()).await;
+        let (digest, blob) = verified.map_err(|error| Status::internal(error.to_string()))??;
+        let existed = self.coordinator.blobs.put(digest, blob).await?;
+        Ok(Response::new(wire::BlobReceipt { existed }))
+    }
+
+    async fn get_blob(&self, request: Request<wire::BlobDigest>) -> Result<Response<Self::GetBlobStream>, Status> {
+        let digest = Digest::from_wire("BlobDigest.digest", &request.get_ref().digest)?;
+        let blob: Bytes = self.coordinator.blobs.get(digest, limits::BLOB_BYTES).await?;
+        Ok(Response::new(futures::stream::iter(blob_chunks(digest, blob).map(Ok)).boxed()))
+    }
+}

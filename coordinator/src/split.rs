@@ -1,0 +1,201 @@
+//! How an evaluation is cut into tasks: a pure function of the request and its capture, never of who will render it.
+
+use gonio_proto::convert::film::FilmShape;
+use gonio_proto::limits;
+use gonio_scene::film::{FIRST_HIT_CHANNELS, PixelSet, Tile};
+use gonio_scene::{Output, Photograph};
+use std::ops::Range;
+
+/// Most samples of each half in one task.
+pub const CHUNK_SAMPLES: u32 = 64;
+
+/// Most tiles of an evaluation; each costs the coordinator some hundred bytes.
+const MOST_TILES: usize = 1 << 22;
+
+/// Most bytes of films that an evaluation returns, all of which the coordinator holds until the end.
+const MOST_FILM_BYTES: u64 = 4 << 30;
+
+/// A tile of one of the request's photos, and its pixels that are rendered.
+#[derive(Debug, Clone)]
+pub struct TileWork {
+    /// Index among the request's photos.
+    pub photo: usize,
+    /// Where it lies.
+    pub tile: Tile,
+    /// Never empty.
+    pub pixels: PixelSet,
+}
+
+/// A photo to be split.
+#[derive(Debug, Clone, Copy)]
+pub struct PhotoArea<'a> {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Given where pixels that do not count need not be rendered.
+    pub counted: Option<&'a Photograph>,
+}
+
+/// One task of a split.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// Index of the tile in [`Split::tiles`].
+    pub tile: usize,
+    /// Index of the chunk of samples.
+    pub chunk: u32,
+    /// Samples of each half; empty for first hits.
+    pub samples: Range<u32>,
+}
+
+/// The tasks of an evaluation: every tile of every photo, and for each tile its chunks of samples, in this order.
+#[derive(Debug)]
+pub struct Split {
+    /// Photo by photo in the request's order, row by row.
+    pub tiles: Vec<TileWork>,
+    /// Samples of each half; zero for first hits.
+    samples: u32,
+    channels: usize,
+}
+
+impl Split {
+    /// Splits an evaluation of `samples` (both halves together) with `planes` derivative images.
+    ///
+    /// # Errors
+    /// More than a coordinator can hold; the text says what to ask for instead.
+    pub fn new(photos: &[PhotoArea<'_>], samples: u32, output: Output, planes: usize) -> Result<Self, String> {
+        let first_hits = output == Output::FirstHit;
+        let channels = if first_hits { FIRST_HIT_CHANNELS.len() } else { 3 * (1 + planes) };
+        if output.has_films() {
+            let per_pixel = 4 * if first_hits { channels as u64 } else { 3 };
+            let bytes: u64 = photos.iter().map(|p| u64::from(p.width) * u64::from(p.height) * per_pixel).sum();
+            if bytes > MOST_FILM_BYTES {
+                let text = format!("the films have {bytes} bytes, the limit is {MOST_FILM_BYTES}; ask for fewer photos at a time");
+                return Err(text);
+            }
+        }
+        let mut tiles = Vec::new();
+        for (photo, area) in photos.iter().enumerate() {
+            for tile in Tile::cover(area.width, area.height) {
+                let pixels = match area.counted {
+                    Some(photograph) => counted(photograph, tile),
+                    None => PixelSet::from_flags(std::iter::repeat_n(true, tile.len())),
+                };
+                if pixels.count() == 0 {
+                    continue;
+                }
+                if tiles.len() == MOST_TILES {
+                    return Err(format!("there are more than {MOST_TILES} tiles; ask for fewer photos at a time"));
+                }
+                tiles.push(TileWork { photo, tile, pixels });
+            }
+        }
+        let split = Self { tiles, samples: if first_hits { 0 } else { samples / 2 }, channels };
+        if split.tasks() > limits::TASKS {
+            let text = format!("there are {} tasks, the limit is {}; ask for fewer samples or photos", split.tasks(), limits::TASKS);
+            return Err(text);
+        }
+        Ok(split)
+    }
+
+    /// Chunks of samples of every tile.
+    #[must_use]
+    pub fn chunks(&self) -> u32 {
+        self.samples.div_ceil(CHUNK_SAMPLES).max(1)
+    }
+
+    /// Number of tasks.
+    #[must_use]
+    pub fn tasks(&self) -> u64 {
+        self.tiles.len() as u64 * u64::from(self.chunks())
+    }
+
+    /// The task with index `task`, if there is one.
+    #[must_use]
+    pub fn part(&self, task: u64) -> Option<Part> {
+        let chunks = u64::from(self.chunks());
+        let tile = usize::try_from(task / chunks).ok().filter(|tile| *tile < self.tiles.len())?;
+        let chunk = (task % chunks) as u32;
+        let start = chunk * CHUNK_SAMPLES;
+        Some(Part { tile, chunk, samples: start..self.samples.min(start + CHUNK_SAMPLES) })
+    }
+
+    /// What the film of a task of `tile` looks like.
+    #[must_use]
+    pub fn shape(&self, tile: usize) -> FilmShape {
+        let halves = if self.samples == 0 { 1 } else { 2 };
+        FilmShape { pixels: self.tiles[tile].pixels.count(), channels: self.channels, halves }
+    }
+
+    /// Camera samples of one task: both halves of every pixel, or one ray per pixel for first hits.
+    #[must_use]
+    pub fn camera_samples(&self, part: &Part) -> u64 {
+        let per_pixel = if self.samples == 0 { 1 } else { 2 * part.samples.len() as u64 };
+        self.tiles[part.tile].pixels.count() as u64 * per_pixel
+    }
+}
+
+fn counted(photograph: &Photograph, tile: Tile) -> PixelSet {
+    let width = photograph.image.width as usize;
+    let row = |y: u32| {
+        let start = y as usize * width + tile.x as usize;
+        photograph.counts[start..start + tile.width as usize].iter().copied()
+    };
+    PixelSet::from_flags((tile.y..tile.y + tile.height).flat_map(row))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gonio_scene::image::Image;
+
+    fn area(width: u32, height: u32) -> PhotoArea<'static> {
+        PhotoArea { width, height, counted: None }
+    }
+
+    #[test]
+    fn every_sample_of_every_pixel_is_in_one_task() {
+        let split = Split::new(&[area(70, 33), area(10, 10)], 260, Output::Films, 2).unwrap();
+        assert_eq!((split.tiles.len(), split.chunks(), split.tasks()), (7, 3, 21));
+        let mut samples = 0;
+        for task in 0..split.tasks() {
+            let part = split.part(task).unwrap();
+            assert_eq!(part.samples.start, part.chunk * CHUNK_SAMPLES);
+            samples += split.camera_samples(&part);
+        }
+        assert_eq!(samples, 260 * (70 * 33 + 100));
+        assert_eq!(split.part(20).unwrap().samples, 128..130);
+        assert_eq!(split.part(21), None);
+        assert_eq!(split.shape(0), FilmShape { pixels: 1024, channels: 9, halves: 2 });
+    }
+
+    #[test]
+    fn only_pixels_that_count_are_rendered_for_statistics() {
+        let mut counts = vec![false; 64 * 40];
+        counts[33 * 64 + 40] = true;
+        let image = Image { width: 64, height: 40, pixels: vec![[0.0; 3]; 64 * 40], ..Image::default() };
+        let photograph = Photograph { image, counts, clipped: 0 };
+        let area = PhotoArea { width: 64, height: 40, counted: Some(&photograph) };
+        let split = Split::new(&[area], 2, Output::Statistics, 0).unwrap();
+        assert_eq!(split.tiles.len(), 1);
+        assert_eq!(split.tiles[0].tile, Tile { x: 32, y: 32, width: 32, height: 8 });
+        assert_eq!(split.tiles[0].pixels.indices().collect::<Vec<_>>(), [32 + 8]);
+    }
+
+    #[test]
+    fn first_hits_have_one_task_per_tile() {
+        let split = Split::new(&[area(64, 32)], 1000, Output::FirstHit, 0).unwrap();
+        assert_eq!(split.tasks(), 2);
+        let part = split.part(1).unwrap();
+        assert_eq!((part.samples.clone(), split.camera_samples(&part)), (0..0, 1024));
+        assert_eq!(split.shape(1), FilmShape { pixels: 1024, channels: 10, halves: 1 });
+    }
+
+    #[test]
+    fn what_no_coordinator_can_hold_is_refused() {
+        let many = vec![area(16384, 16384); 100];
+        assert!(Split::new(&many, 2, Output::Films, 0).unwrap_err().contains("fewer photos"));
+        assert!(Split::new(&many, 2, Output::Statistics, 0).unwrap_err().contains("more than 4194304 tiles"));
+        assert!(Split::new(&[area(16384, 16384)], 10_000_000, Output::Statistics, 0).unwrap_err().contains("tasks"));
+    }
+}

@@ -1,1 +1,53 @@
-//! gonio-tests
+//! What the integration tests share: where the captures lie, and a plain loop over the tracer without a farm.
+
+#![allow(missing_docs, clippy::unwrap_used, clippy::missing_panics_doc)]
+
+use gonio_scene::film::{PixelSet, Tile};
+use gonio_scene::{Assets, Capture};
+use gonio_tracer::{Stage, TileTask};
+use rayon::prelude::*;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+/// The folder of the captures that the tests use.
+pub fn captures() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("captures")
+}
+
+/// One photo's two half buffers, photo values before response.
+pub struct Halves {
+    pub halves: [Vec<[f32; 3]>; 2],
+}
+
+/// Renders every photo of a capture with `samples` per pixel in all.
+pub fn render(capture: &Capture, assets: Assets, samples: u32, seed: u64) -> Vec<Halves> {
+    let prepared = Stage::new(capture.clone(), assets).prepare(&[], &[]).unwrap();
+    (0..capture.photos.len())
+        .map(|photo| {
+            let (width, height) = prepared.size(photo).unwrap();
+            let factor = capture.photos[photo].factor() as f32;
+            let tiles: Vec<Tile> = Tile::cover(width, height).collect();
+            let films: Vec<_> = tiles
+                .par_iter()
+                .map(|tile| {
+                    let pixels = PixelSet::from_flags(std::iter::repeat_n(true, tile.len()));
+                    let task = TileTask { photo, tile: *tile, pixels: &pixels, samples: 0..samples / 2, seed };
+                    let film = prepared.render(&task, &AtomicBool::new(false)).unwrap();
+                    assert_eq!(film.invalid_samples, 0);
+                    film
+                })
+                .collect();
+            let mut halves = [0, 1].map(|_| vec![[0.0f32; 3]; (width * height) as usize]);
+            for (tile, film) in tiles.iter().zip(&films) {
+                for (h, half) in halves.iter_mut().enumerate() {
+                    for p in 0..tile.len() {
+                        let (x, y) = (tile.x + p as u32 % tile.width, tile.y + p as u32 / tile.width);
+                        let v = film.pixel(h, p);
+                        half[(y * width + x) as usize] = [v[0] * factor, v[1] * factor, v[2] * factor];
+                    }
+                }
+            }
+            Halves { halves }
+        })
+        .collect()
+}

@@ -26,7 +26,7 @@ pub enum Model {
         base_color: [f64; 3],
         /// Perceptual roughness, GGX alpha = roughness squared.
         roughness: f64,
-        /// Real index of refraction against air.
+        /// Real index of refraction.
         ior: f64,
         /// Whether light that would scatter twice between facets is given back.
         energy_compensation: bool,
@@ -57,9 +57,7 @@ impl Model {
         let gray = [0.5; 3];
         match word {
             "lambert" => Some(Self::Lambert { base_color: gray }),
-            "plastic" => {
-                Some(Self::Plastic { base_color: gray, roughness: 0.5, ior: 1.5, energy_compensation: false })
-            }
+            "plastic" => Some(Self::Plastic { base_color: gray, roughness: 0.5, ior: 1.5, energy_compensation: false }),
             "conductor" => Some(Self::Conductor { roughness: 0.5, eta: [1.0; 3], k: [1.0; 3] }),
             _ => None,
         }

@@ -63,9 +63,8 @@ impl Capture {
     /// resolve. The files that it names are not opened; see [`crate::assets`].
     pub fn read(files: &dyn Files) -> Result<Self> {
         let bytes = files.read(CAPTURE_FILE)?;
-        let text = std::str::from_utf8(&bytes).map_err(|e| {
-            SceneError::new(CAPTURE_FILE, format!("is not UTF-8 text ({e})"), "save it as UTF-8")
-        })?;
+        let text = std::str::from_utf8(&bytes)
+            .map_err(|e| SceneError::new(CAPTURE_FILE, format!("is not UTF-8 text ({e})"), "save it as UTF-8"))?;
         Self::parse(text)
     }
 
@@ -76,7 +75,11 @@ impl Capture {
     pub fn parse(text: &str) -> Result<Self> {
         let file = CAPTURE_FILE;
         let top: Table = text.parse().map_err(|e: toml::de::Error| {
-            SceneError::new(file, format!("is not TOML: {}", e.to_string().trim().replace('\n', " ")), "mend the syntax there")
+            SceneError::new(
+                file,
+                format!("is not TOML: {}", e.to_string().trim().replace('\n', " ")),
+                "mend the syntax there",
+            )
         })?;
         for key in top.keys() {
             if !TOP_LEVEL.contains(&key.as_str()) {
@@ -87,8 +90,12 @@ impl Capture {
         match top.get("format") {
             Some(Value::Integer(1)) => {}
             Some(other) => {
-                return Err(SceneError::new(file, format!("is {other}; this version reads format 1"), "write format = 1")
-                    .at("format"));
+                return Err(SceneError::new(
+                    file,
+                    format!("is {other}; this version reads format 1"),
+                    "write format = 1",
+                )
+                .at("format"));
             }
             None => return Err(SceneError::new(file, "is missing", "write format = 1").at("format")),
         }
@@ -101,7 +108,9 @@ impl Capture {
         let table = |key: &str| match top.get(key) {
             None => Ok(&empty),
             Some(Value::Table(t)) => Ok(t),
-            Some(v) => Err(SceneError::new(file, format!("is a TOML {}", v.type_str()), format!("write [{key}]")).at(key)),
+            Some(v) => {
+                Err(SceneError::new(file, format!("is a TOML {}", v.type_str()), format!("write [{key}]")).at(key))
+            }
         };
         Reader::new(file, "camera".into(), table("camera")?).read(&mut capture.camera)?;
         Reader::new(file, "sensor".into(), table("sensor")?).read(&mut capture.sensor)?;
@@ -175,7 +184,8 @@ impl Capture {
 
     /// What no single section can know: names are unique and resolve.
     fn check(&self) -> Result<()> {
-        let refuse = |key: String, problem: String, mend: &str| Err(SceneError::new(CAPTURE_FILE, problem, mend).at(key));
+        let refuse =
+            |key: String, problem: String, mend: &str| Err(SceneError::new(CAPTURE_FILE, problem, mend).at(key));
         unique("material", self.materials.iter().map(|m| m.name.as_str()))?;
         unique("object", self.objects.iter().map(|o| o.name.as_str()))?;
         unique("light", self.lights.iter().map(|l| l.name.as_str()))?;

@@ -62,7 +62,11 @@ impl<'a> Reader<'a> {
         let what = format!("a list of {length} numbers");
         let list = value.as_array().ok_or_else(|| self.wrong_type(key, value, &what))?;
         if list.len() != length {
-            return Err(self.refuse(key, format!("has {} entries, not {length}", list.len()), &format!("write {what}")));
+            return Err(self.refuse(
+                key,
+                format!("has {} entries, not {length}", list.len()),
+                &format!("write {what}"),
+            ));
         }
         list.iter().map(|v| self.to_number(key, v, range)).collect()
     }

@@ -23,8 +23,8 @@ impl Range {
     pub const NON_NEGATIVE: Self = Self { min: 0.0, max: 1e12 };
     /// Lengths, focal lengths, gains: strictly above zero.
     pub const POSITIVE: Self = Self { min: 1e-12, max: 1e12 };
-    /// Real index of refraction of a dielectric against air.
-    pub const IOR: Self = Self { min: 1.0, max: 4.0 };
+    /// Real index of refraction of a dielectric (against vacuum, as tables give it).
+    pub const IOR: Self = Self { min: 1.01, max: 4.0 };
 
     /// Whether `value` is finite and inside the bounds.
     #[must_use]

@@ -1,0 +1,140 @@
+//! Camera rays: an OpenCV pinhole with Brown-Conrady distortion, undone by Newton's method.
+
+use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
+use gonio_scene::capture::{CAPTURE_FILE, Camera, Photo};
+use gonio_scene::{Result, SceneError};
+
+/// The camera of one photo, ready to shoot rays.
+#[derive(Debug, Clone)]
+pub struct PhotoCamera {
+    intrinsics: Camera,
+    rotation: Mat3,
+    /// The camera's centre in world coordinates.
+    pub origin: Vec3,
+    /// World direction of the camera's z axis.
+    pub forward: Vec3,
+    distorted: bool,
+}
+
+impl PhotoCamera {
+    /// # Errors
+    /// A distortion that folds the image onto itself inside the frame, so that no ray belongs to a pixel.
+    pub fn new(camera: &Camera, photo: &Photo) -> Result<Self> {
+        let m = &photo.camera_to_world;
+        let column = |j: usize| DVec3::new(m[0][j], m[1][j], m[2][j]);
+        let rotation = DMat3::from_cols(column(0), column(1), column(2));
+        let this = Self {
+            intrinsics: camera.clone(),
+            rotation: rotation.as_mat3(),
+            origin: column(3).as_vec3(),
+            forward: column(2).as_vec3(),
+            distorted: camera.distortion.iter().any(|d| *d != 0.0),
+        };
+        let (w, h) = (f64::from(camera.width), f64::from(camera.height));
+        let border = (0..=8).flat_map(|i| {
+            let t = f64::from(i) / 8.0;
+            [(t * w, 0.0), (t * w, h), (0.0, t * h), (w, t * h)]
+        });
+        for (x, y) in border {
+            if this.distorted && this.undistort(this.normalised(x, y)).is_none() {
+                return Err(SceneError::new(
+                    CAPTURE_FILE,
+                    format!("folds the image at ({x:.0}, {y:.0}): no ray belongs to that pixel"),
+                    "check the order k1 k2 p1 p2 k3 and the focal lengths",
+                )
+                .at(format!("photo.{}.distortion", photo.name())));
+            }
+        }
+        Ok(this)
+    }
+
+    /// The world direction (unit length) seen at image position (x, y), in pixels from the top left corner.
+    #[must_use]
+    pub fn direction(&self, x: f64, y: f64) -> Vec3 {
+        let distorted = self.normalised(x, y);
+        // A position that failed to converge lies beyond the checked border only by rounding: take it as it is.
+        let p = if self.distorted { self.undistort(distorted).unwrap_or(distorted) } else { distorted };
+        (self.rotation * DVec3::new(p.x, p.y, 1.0).normalize().as_vec3()).normalize()
+    }
+
+    fn normalised(&self, x: f64, y: f64) -> DVec2 {
+        let c = &self.intrinsics;
+        DVec2::new((x - c.cx) / c.fx, (y - c.cy) / c.fy)
+    }
+
+    /// OpenCV's forward model and its Jacobian (rows d x', d y').
+    fn distort(&self, p: DVec2) -> (DVec2, [[f64; 2]; 2]) {
+        let [k1, k2, p1, p2, k3] = self.intrinsics.distortion;
+        let DVec2 { x, y } = p;
+        let r2 = p.length_squared();
+        let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+        let slope = k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3);
+        let out = DVec2::new(
+            x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
+            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
+        );
+        let cross = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y;
+        let jacobian = [
+            [radial + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x, cross],
+            [cross, radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x],
+        ];
+        (out, jacobian)
+    }
+
+    /// The undistorted point whose distortion is `target`, on the branch that holds the image's centre.
+    fn undistort(&self, target: DVec2) -> Option<DVec2> {
+        let mut p = target;
+        for _ in 0..30 {
+            let (value, j) = self.distort(p);
+            let error = value - target;
+            let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+            if det <= 1e-6 {
+                return None;
+            }
+            if error.length_squared() < 1e-24 {
+                return Some(p);
+            }
+            p -= DVec2::new(j[1][1] * error.x - j[0][1] * error.y, j[0][0] * error.y - j[1][0] * error.x) / det;
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn camera(distortion: [f64; 5]) -> Camera {
+        Camera { width: 640, height: 480, fx: 500.0, fy: 510.0, cx: 310.0, cy: 245.0, distortion }
+    }
+
+    #[test]
+    fn the_principal_point_looks_forward_and_x_to_the_right() {
+        let c = PhotoCamera::new(&camera([0.0; 5]), &Photo::default()).unwrap();
+        assert!((c.direction(310.0, 245.0) - Vec3::Z).length() < 1e-6);
+        let right = c.direction(810.0, 245.0);
+        assert!((right - Vec3::new(1.0, 0.0, 1.0).normalize()).length() < 1e-6);
+    }
+
+    #[test]
+    fn a_fold_is_refused() {
+        let error = PhotoCamera::new(&camera([-3.0, 0.0, 0.0, 0.0, 0.0]), &Photo::default()).unwrap_err();
+        assert!(error.to_string().contains("folds"), "{error}");
+    }
+
+    proptest! {
+        /// Projecting a ray by OpenCV's formula gives back the pixel it was shot through.
+        #[test]
+        fn rays_project_to_their_pixel(
+            x in 0.0..640.0f64, y in 0.0..480.0f64, k1 in -0.2..0.2f64, k2 in -0.05..0.05f64,
+            p1 in -0.003..0.003f64, p2 in -0.003..0.003f64,
+        ) {
+            let c = PhotoCamera::new(&camera([k1, k2, p1, p2, 0.0]), &Photo::default()).unwrap();
+            let d = c.direction(x, y).as_dvec3();
+            let (q, _) = c.distort(DVec2::new(d.x / d.z, d.y / d.z));
+            prop_assert!((q.x * 500.0 + 310.0 - x).abs() < 1e-3);
+            prop_assert!((q.y * 510.0 + 245.0 - y).abs() < 1e-3);
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! The triangles of all objects in world coordinates, and what a ray that hits one finds there.
+
+use crate::bvh::{Bvh, Hit, Ray};
+use glam::{DMat3, DVec3, Vec3};
+use gonio_scene::capture::CAPTURE_FILE;
+use gonio_scene::{Assets, Capture, Result, SceneError};
+
+/// World-space triangles under a BVH.
+pub struct Geometry {
+    bvh: Bvh,
+    triangles: Vec<[Vec3; 3]>,
+    /// Vertex normals of each triangle; face normals, three times, where its mesh has none.
+    normals: Vec<[Vec3; 3]>,
+    /// Unit face normal, on the side that the winding shows counter-clockwise.
+    faces: Vec<Vec3>,
+    /// Index of each triangle's object in the capture.
+    objects: Vec<u32>,
+}
+
+/// A point on a surface.
+#[derive(Debug, Clone, Copy)]
+pub struct Surface {
+    /// World position.
+    pub position: Vec3,
+    /// Unit normal of the triangle's plane.
+    pub face: Vec3,
+    /// Unit interpolated normal, for shading.
+    pub normal: Vec3,
+    /// Index of the object in the capture.
+    pub object: usize,
+    /// Distance that a ray must start off the face to miss it: a bound of the position's rounding error.
+    pub margin: f32,
+}
+
+impl Geometry {
+    /// Places the meshes of a capture's objects in the world.
+    ///
+    /// # Errors
+    /// A transform that takes vertices out of single precision's range; a mesh that was not loaded.
+    pub fn new(capture: &Capture, assets: &Assets) -> Result<Self> {
+        let mut this =
+            Self { bvh: Bvh::build(&[]), triangles: vec![], normals: vec![], faces: vec![], objects: vec![] };
+        for (index, object) in capture.objects.iter().enumerate() {
+            let refuse = |problem: String, mend: &str| {
+                SceneError::new(CAPTURE_FILE, problem, mend).at(format!("object.{}", object.name))
+            };
+            let mesh = assets
+                .meshes
+                .get(&object.mesh)
+                .ok_or_else(|| refuse(format!("mesh {} was not loaded", object.mesh), "load the capture's assets"))?;
+            let m = &object.object_to_world;
+            let column = |j: usize| DVec3::new(m[0][j], m[1][j], m[2][j]);
+            let linear = DMat3::from_cols(column(0), column(1), column(2));
+            let cofactor = linear.inverse().transpose();
+            let mirror = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
+            let to_world = |p: &[f32; 3]| (linear * DVec3::from(p.map(f64::from)) + column(3)).as_vec3();
+            let world: Vec<Vec3> = mesh.positions.iter().map(to_world).collect();
+            if let Some(i) = world.iter().position(|p| !p.is_finite() || p.abs().max_element() > 1e9) {
+                return Err(refuse(
+                    format!("places vertex {i} at {}", world[i]),
+                    "mend object_to_world or the mesh's units (metres)",
+                ));
+            }
+            let turn = |n: &[f32; 3]| (cofactor * DVec3::from(n.map(f64::from))).normalize().as_vec3();
+            let turned: Option<Vec<Vec3>> = mesh.normals.as_ref().map(|n| n.iter().map(turn).collect());
+            for t in &mesh.triangles {
+                let corner = |k: usize| t[k] as usize;
+                let v = [world[corner(0)], world[corner(1)], world[corner(2)]];
+                let cross = (v[1] - v[0]).as_dvec3().cross((v[2] - v[0]).as_dvec3());
+                // Rounding to world coordinates may flatten a sliver: it has no area that light could see.
+                let Some(face) = cross.try_normalize().map(|f| (f * mirror).as_vec3()) else { continue };
+                let normals = turned.as_ref().map_or([face; 3], |n| [n[corner(0)], n[corner(1)], n[corner(2)]]);
+                this.triangles.push(v);
+                this.normals.push(normals);
+                this.faces.push(face);
+                this.objects.push(index as u32);
+            }
+        }
+        this.bvh = Bvh::build(&this.triangles);
+        Ok(this)
+    }
+
+    /// The nearest triangle along a ray.
+    #[inline]
+    #[must_use]
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        self.bvh.closest(ray)
+    }
+
+    /// Whether anything lies on a ray.
+    #[inline]
+    #[must_use]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.bvh.occluded(ray)
+    }
+
+    /// What lies at a hit.
+    #[inline]
+    #[must_use]
+    pub fn surface(&self, hit: &Hit) -> Surface {
+        let i = hit.triangle as usize;
+        let [a, b, c] = self.triangles[i];
+        let [na, nb, nc] = self.normals[i];
+        let w = 1.0 - hit.u - hit.v;
+        let normal = (na * w + nb * hit.u + nc * hit.v).normalize_or(self.faces[i]);
+        let extent = a.abs().max(b.abs()).max(c.abs()).max_element();
+        Surface {
+            position: a * w + b * hit.u + c * hit.v,
+            face: self.faces[i],
+            normal,
+            object: self.objects[i] as usize,
+            margin: extent * MARGIN,
+        }
+    }
+}
+
+/// Rounding error of an interpolated position relative to its triangle's largest coordinate, with room for the
+/// intersection test's own: pbrt's bound for three products and two sums is about 7 units in the last place.
+const MARGIN: f32 = 24.0 * f32::EPSILON;
+
+impl Surface {
+    /// A ray from just off the surface towards `direction`.
+    #[inline]
+    #[must_use]
+    pub fn ray(&self, direction: Vec3, t_max: f32) -> Ray {
+        let side = if self.face.dot(direction) < 0.0 { -self.margin } else { self.margin };
+        Ray { origin: self.position + self.face * side, direction, t_min: 0.0, t_max }
+    }
+}

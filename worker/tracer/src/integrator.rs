@@ -1,0 +1,230 @@
+//! The path tracer: next-event estimation joined with BSDF sampling by multiple importance sampling (Veach's power
+//! heuristic), Russian roulette, and forward derivatives carried along each path.
+//!
+//! Derivatives are detached: directions, densities and roulette are chosen from the current parameters and held fixed,
+//! so that d radiance / d parameter is the estimator with d f in place of f, at no extra ray.
+
+use crate::geometry::Geometry;
+use crate::light::{Emission, PhotoLights};
+use crate::planes::PlaneIndex;
+use crate::sampler::Sampler;
+use crate::shader::{MAX_SLOTS, Shader};
+use crate::{bvh::Hit, bvh::Ray};
+use glam::{Vec2, Vec3};
+
+/// Bounces before Russian roulette may end a path.
+const ROULETTE_FROM: u32 = 2;
+/// A path goes on with at most this probability, so that none between white walls lasts for ever.
+const SURVIVAL: f32 = 0.95;
+/// At a path's first surface every light is sampled if there are no more than this; else, and later on, one at random.
+const ALL_LIGHTS: usize = 4;
+
+/// What a path needs to know of the scene.
+pub struct World<'a> {
+    /// Triangles.
+    pub geometry: &'a Geometry,
+    /// Materials by object.
+    pub shaders: &'a [Shader],
+    /// Index into `shaders` by object.
+    pub shader_of: &'a [usize],
+    /// The photo's lights.
+    pub lights: &'a PhotoLights,
+}
+
+/// A path's state: what light found from here on is worth, and how that depends on each parameter.
+pub struct Carrier<'a> {
+    throughput: Vec3,
+    /// d throughput / d parameter by plane, all zero at the start; empty where no derivative is wanted.
+    derivatives: &'a mut [Vec3],
+}
+
+/// Where a path's findings go.
+pub struct Tally<'a> {
+    /// Radiance, linear RGB.
+    pub radiance: Vec3,
+    /// d radiance / d parameter by plane; empty where no derivative is wanted.
+    pub derivatives: &'a mut [Vec3],
+}
+
+impl Tally<'_> {
+    /// Adds light that reaches the carrier with factor `weight`.
+    #[inline]
+    fn add(&mut self, carrier: &Carrier<'_>, weight: Vec3, emission: &Emission, plane: PlaneIndex) {
+        let light = weight * emission.value;
+        self.radiance += carrier.throughput * light;
+        for (sum, derivative) in self.derivatives.iter_mut().zip(carrier.derivatives.iter()) {
+            *sum += *derivative * light;
+        }
+        if let Some(plane) = plane
+            && let Some(sum) = self.derivatives.get_mut(plane)
+        {
+            *sum += carrier.throughput * weight * emission.derivative;
+        }
+    }
+}
+
+/// The shading frame at a surface.
+struct Basis {
+    x: Vec3,
+    y: Vec3,
+    z: Vec3,
+}
+
+impl Basis {
+    #[inline]
+    fn new(z: Vec3) -> Self {
+        let (x, y) = z.any_orthonormal_pair();
+        Self { x, y, z }
+    }
+
+    #[inline]
+    fn local(&self, v: Vec3) -> Vec3 {
+        Vec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
+    }
+
+    #[inline]
+    fn world(&self, v: Vec3) -> Vec3 {
+        self.x * v.x + self.y * v.y + self.z * v.z
+    }
+}
+
+/// Share of a strategy of density `own` beside one of density `other` (Veach 1997, power heuristic with exponent 2).
+#[inline]
+fn power(own: f32, other: f32) -> f32 {
+    // Relative, so that the squares of a narrow lobe's densities do not overflow.
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
+}
+
+/// Traces one path from a camera ray whose first hit, if it has one, is known; adds what it finds to `tally`.
+///
+/// `scratch` is workspace of as many vectors as there are planes (none without derivatives); its content does not matter.
+pub fn trace(
+    world: &World<'_>,
+    mut ray: Ray,
+    first: Option<Hit>,
+    sampler: &mut Sampler,
+    scratch: &mut [Vec3],
+    tally: &mut Tally<'_>,
+) {
+    scratch.fill(Vec3::ZERO);
+    let mut carrier = Carrier { throughput: Vec3::ONE, derivatives: scratch };
+    let mut hit = first;
+    // Density of the direction that led here and the share of each light in the choice at the last surface; a camera ray
+    // competes with nothing.
+    let mut arrival: Option<(f32, f32)> = None;
+    let share = |arrival: Option<(f32, f32)>, pdf: f32| arrival.map_or(1.0, |(own, pick)| power(own, pdf * pick));
+    for bounce in 0u32.. {
+        let limit = hit.map_or(f32::INFINITY, |h| h.t);
+        if let Some((_, index)) = world.lights.sphere(ray.origin, ray.direction, limit) {
+            if let Some((emission, pdf, plane)) = world.lights.sphere_emission(index, ray.origin) {
+                tally.add(&carrier, Vec3::splat(share(arrival, pdf)), &emission, plane);
+            }
+            return;
+        }
+        let Some(h) = hit else {
+            if let Some((emission, pdf, plane)) = world.lights.environment(ray.direction) {
+                tally.add(&carrier, Vec3::splat(share(arrival, pdf)), &emission, plane);
+            }
+            return;
+        };
+        let surface = world.geometry.surface(&h);
+        let shader = &world.shaders[world.shader_of[surface.object]];
+        let basis = Basis::new(surface.normal);
+        let wo = basis.local(-ray.direction);
+        if wo.z <= 0.0 {
+            return;
+        }
+        let differentiate = shader.freed && !carrier.derivatives.is_empty();
+        let numbers = sampler.next4();
+        let towards = sampler.next4();
+
+        let lights = world.lights.sampled();
+        let all = bounce == 0 && lights <= ALL_LIGHTS;
+        let pick = if all || lights == 0 { 1.0 } else { 1.0 / lights as f32 };
+        let mut direct = |index: usize, u: Vec2| {
+            let Some((sample, plane)) = world.lights.sample(index, surface.position, u) else { return };
+            let wi = basis.local(sample.direction);
+            if wi.z <= 0.0 {
+                return;
+            }
+            let mut slots = [Vec3::ZERO; MAX_SLOTS];
+            let found = if differentiate {
+                shader.bsdf.evaluate_with_derivatives(wo, wi, &mut slots)
+            } else {
+                shader.bsdf.evaluate(wo, wi)
+            };
+            if found.value == Vec3::ZERO && !differentiate {
+                return;
+            }
+            let shadow = surface.ray(sample.direction, sample.distance * (1.0 - 1e-4));
+            if world.geometry.occluded(&shadow)
+                || world.lights.sphere(shadow.origin, shadow.direction, shadow.t_max).is_some()
+            {
+                return;
+            }
+            let weight = if sample.pdf > 0.0 {
+                power(sample.pdf * pick, found.pdf) / (sample.pdf * pick)
+            } else {
+                1.0 / pick
+            };
+            tally.add(&carrier, found.value * weight, &sample.emission, plane);
+            if differentiate {
+                let factor = carrier.throughput * sample.emission.value * weight;
+                shader.scatter(&slots, factor, tally.derivatives);
+            }
+        };
+        if all {
+            // One pair of numbers each; beyond the two at hand, a fresh group.
+            for index in 0..lights {
+                let u = match index {
+                    0 => Vec2::new(towards[0], towards[1]),
+                    1 => Vec2::new(towards[2], towards[3]),
+                    _ => {
+                        let fresh = sampler.next4();
+                        Vec2::new(fresh[0], fresh[1])
+                    }
+                };
+                direct(index, u);
+            }
+        } else if lights > 0 {
+            let index = ((towards[2] * lights as f32) as usize).min(lights - 1);
+            direct(index, Vec2::new(towards[0], towards[1]));
+        }
+
+        let Some(wi) = shader.bsdf.sample_direction(wo, [numbers[0], numbers[1], numbers[2]]) else { return };
+        let mut slots = [Vec3::ZERO; MAX_SLOTS];
+        let found = if differentiate {
+            shader.bsdf.evaluate_with_derivatives(wo, wi, &mut slots)
+        } else {
+            shader.bsdf.evaluate(wo, wi)
+        };
+        if found.pdf <= 0.0 {
+            return;
+        }
+        let mut survival = 1.0;
+        let next = carrier.throughput * found.value / found.pdf;
+        if bounce >= ROULETTE_FROM {
+            // The floor keeps derivatives alive where the value itself has died (a black base).
+            survival = next.max_element().clamp(0.05, SURVIVAL);
+            if numbers[3] >= survival {
+                return;
+            }
+        }
+        let weight = 1.0 / (found.pdf * survival);
+        for derivative in carrier.derivatives.iter_mut() {
+            *derivative *= found.value * weight;
+        }
+        if differentiate {
+            shader.scatter(&slots, carrier.throughput * weight, carrier.derivatives);
+        }
+        carrier.throughput = next / survival;
+        if carrier.throughput == Vec3::ZERO && carrier.derivatives.iter().all(|d| *d == Vec3::ZERO) {
+            return;
+        }
+        let leaving = basis.world(wi);
+        ray = surface.ray(leaving, f32::INFINITY);
+        hit = world.geometry.closest(&ray);
+        arrival = Some((found.pdf, pick));
+    }
+}

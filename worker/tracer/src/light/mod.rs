@@ -1,0 +1,235 @@
+//! Lights: sampled towards (next-event estimation) and hit by chance (multiple importance sampling joins the two).
+
+mod environment;
+mod sphere;
+
+pub use environment::EnvironmentMap;
+pub use sphere::SphereLight;
+
+use crate::planes::PlaneIndex;
+use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
+use gonio_scene::capture::{Frame, Light, LightKind, Photo};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Radiance (or, towards a delta light, radiance times solid angle) and how it depends on the light's own number.
+#[derive(Debug, Clone, Copy)]
+pub struct Emission {
+    /// Linear RGB.
+    pub value: Vec3,
+    /// Channel c: d value_c / d the light's intensity_c (irradiance, radiance) or scale.
+    pub derivative: Vec3,
+}
+
+/// One light sample as a point sees it.
+#[derive(Debug, Clone, Copy)]
+pub struct LightSample {
+    /// Unit direction towards the light.
+    pub direction: Vec3,
+    /// How far the way must be free.
+    pub distance: f32,
+    /// What arrives; for a delta light already integrated over its direction.
+    pub emission: Emission,
+    /// Density over solid angle; 0 for a delta light, which no other strategy can hit.
+    pub pdf: f32,
+}
+
+/// One light of a photo, in world coordinates.
+pub struct PhotoLight {
+    source: Source,
+    /// Which derivative plane its intensity, irradiance, radiance or scale belongs to.
+    pub plane: PlaneIndex,
+}
+
+enum Source {
+    Point { position: Vec3, intensity: Vec3 },
+    Sphere(SphereLight),
+    Directional { towards: Vec3, irradiance: Vec3 },
+    Constant { radiance: Vec3 },
+    Map { map: Arc<EnvironmentMap>, scale: f32, to_map: Mat3 },
+}
+
+/// The lights that were on in one photo.
+#[derive(Default)]
+pub struct PhotoLights {
+    lights: Vec<PhotoLight>,
+    /// Indices of those that can be sampled towards. A constant environment cannot: a surface's own sampling is better.
+    sampled: Vec<usize>,
+    spheres: Vec<usize>,
+    environment: Option<usize>,
+}
+
+fn rgb(c: &[f64; 3]) -> Vec3 {
+    DVec3::from(*c).as_vec3()
+}
+
+impl PhotoLight {
+    fn new(light: &Light, photo: &Photo, maps: &BTreeMap<String, Arc<EnvironmentMap>>, plane: PlaneIndex) -> Option<Self> {
+        let m = &photo.camera_to_world;
+        let column = |j: usize| DVec3::new(m[0][j], m[1][j], m[2][j]);
+        let (rotation, origin) = match light.frame {
+            Frame::World => (DMat3::IDENTITY, DVec3::ZERO),
+            Frame::Camera => (DMat3::from_cols(column(0), column(1), column(2)), column(3)),
+        };
+        let place = |p: &[f64; 3]| (rotation * DVec3::from(*p) + origin).as_vec3();
+        let source = match &light.kind {
+            LightKind::Point { position, intensity } => {
+                Source::Point { position: place(position), intensity: rgb(intensity) }
+            }
+            LightKind::Sphere { position, radius, intensity } => {
+                Source::Sphere(SphereLight::new(place(position), *radius, rgb(intensity)))
+            }
+            LightKind::Directional { direction, irradiance } => Source::Directional {
+                towards: -(rotation * DVec3::from(*direction)).normalize().as_vec3(),
+                irradiance: rgb(irradiance),
+            },
+            LightKind::Constant { radiance } => Source::Constant { radiance: rgb(radiance) },
+            LightKind::Map { map, scale } => Source::Map {
+                map: maps.get(map)?.clone(),
+                scale: *scale as f32,
+                to_map: rotation.transpose().as_mat3(),
+            },
+        };
+        Some(Self { source, plane })
+    }
+
+    /// A sample as seen from `point`; `None` where the light cannot reach it.
+    #[inline]
+    fn sample(&self, point: Vec3, u: Vec2) -> Option<LightSample> {
+        match &self.source {
+            Source::Point { position, intensity } => {
+                let way = *position - point;
+                let distance2 = way.length_squared();
+                if distance2 <= f32::MIN_POSITIVE {
+                    return None;
+                }
+                let distance = distance2.sqrt();
+                let derivative = Vec3::splat(1.0 / distance2);
+                let emission = Emission { value: *intensity * derivative, derivative };
+                Some(LightSample { direction: way / distance, distance, emission, pdf: 0.0 })
+            }
+            Source::Sphere(sphere) => sphere.sample(point, u),
+            Source::Directional { towards, irradiance } => Some(LightSample {
+                direction: *towards,
+                distance: f32::INFINITY,
+                emission: Emission { value: *irradiance, derivative: Vec3::ONE },
+                pdf: 0.0,
+            }),
+            Source::Constant { .. } => None,
+            Source::Map { map, scale, to_map } => {
+                let (local, pdf) = map.sample(u)?;
+                let derivative = map.radiance(local);
+                let emission = Emission { value: derivative * *scale, derivative };
+                Some(LightSample { direction: to_map.transpose() * local, distance: f32::INFINITY, emission, pdf })
+            }
+        }
+    }
+}
+
+impl PhotoLights {
+    /// The lights that were on in `photo`; `plane_of` gives the derivative plane of a light's number.
+    #[must_use]
+    pub fn new(
+        lights: &[Light],
+        photo: &Photo,
+        maps: &BTreeMap<String, Arc<EnvironmentMap>>,
+        plane_of: &dyn Fn(&Light) -> PlaneIndex,
+    ) -> Self {
+        let mut this = Self::default();
+        for light in lights {
+            if photo.lights.as_ref().is_some_and(|on| !on.contains(&light.name)) {
+                continue;
+            }
+            let Some(ready) = PhotoLight::new(light, photo, maps, plane_of(light)) else { continue };
+            let index = this.lights.len();
+            match &ready.source {
+                Source::Point { .. } | Source::Directional { .. } => this.sampled.push(index),
+                Source::Sphere(_) => {
+                    this.sampled.push(index);
+                    this.spheres.push(index);
+                }
+                Source::Map { map, .. } => {
+                    this.environment = Some(index);
+                    if map.can_be_sampled() {
+                        this.sampled.push(index);
+                    }
+                }
+                Source::Constant { .. } => this.environment = Some(index),
+            }
+            this.lights.push(ready);
+        }
+        this
+    }
+
+    /// Number of lights that can be sampled towards.
+    #[inline]
+    #[must_use]
+    pub fn sampled(&self) -> usize {
+        self.sampled.len()
+    }
+
+    /// A sample towards sampled light number `index`, and that light's plane.
+    #[inline]
+    #[must_use]
+    pub fn sample(&self, index: usize, point: Vec3, u: Vec2) -> Option<(LightSample, PlaneIndex)> {
+        let light = &self.lights[self.sampled[index]];
+        light.sample(point, u).map(|s| (s, light.plane))
+    }
+
+    /// The nearest sphere light on a ray closer than `limit`: distance and index.
+    #[inline]
+    #[must_use]
+    pub fn sphere(&self, origin: Vec3, direction: Vec3, limit: f32) -> Option<(f32, usize)> {
+        let mut nearest = None;
+        let mut limit = limit;
+        for &i in &self.spheres {
+            if let Source::Sphere(sphere) = &self.lights[i].source
+                && let Some(t) = sphere.hit(origin, direction)
+                && t < limit
+            {
+                limit = t;
+                nearest = Some((t, i));
+            }
+        }
+        nearest
+    }
+
+    /// What sphere light `index` sends back along a ray that hit it, the density with which sampling from `origin` would
+    /// have chosen that direction, and its plane.
+    #[must_use]
+    pub fn sphere_emission(&self, index: usize, origin: Vec3) -> Option<(Emission, f32, PlaneIndex)> {
+        let light = &self.lights[index];
+        match &light.source {
+            Source::Sphere(sphere) => Some((sphere.emission(), sphere.pdf(origin), light.plane)),
+            _ => None,
+        }
+    }
+
+    /// What arrives from infinity along `-direction`, the density with which sampling would have chosen it, its plane.
+    #[must_use]
+    pub fn environment(&self, direction: Vec3) -> Option<(Emission, f32, PlaneIndex)> {
+        let light = &self.lights[self.environment?];
+        match &light.source {
+            Source::Constant { radiance } => {
+                Some((Emission { value: *radiance, derivative: Vec3::ONE }, 0.0, light.plane))
+            }
+            Source::Map { map, scale, to_map } => {
+                let local = *to_map * direction;
+                let derivative = map.radiance(local);
+                Some((Emission { value: derivative * *scale, derivative }, map.pdf(local), light.plane))
+            }
+            _ => None,
+        }
+    }
+
+    /// Direction towards the first light that comes from one place, for half angles.
+    #[must_use]
+    pub fn principal_direction(&self, point: Vec3) -> Option<Vec3> {
+        self.lights.iter().find_map(|l| match &l.source {
+            Source::Point { position, .. } => (*position - point).try_normalize(),
+            Source::Sphere(sphere) => (sphere.centre - point).try_normalize(),
+            Source::Directional { towards, .. } => Some(*towards),
+            Source::Constant { .. } | Source::Map { .. } => None,
+        })
+    }
+}

@@ -59,12 +59,7 @@ pub async fn prepare(
             photos.push(ReducedPhoto { index: *index, width: camera.width, height: camera.height, recipe, photograph, peak });
         }
         let only_counted = request.output == Output::Statistics;
-        let area = |photo: &'_ ReducedPhoto| PhotoArea {
-            width: photo.width,
-            height: photo.height,
-            counted: photo.photograph.as_deref().filter(|_| only_counted),
-        };
-        let areas: Vec<_> = photos.iter().map(area).collect();
+        let areas: Vec<_> = photos.iter().map(|photo| area(photo, only_counted)).collect();
         let split = Split::new(&areas, request.samples, request.output, plan.planes.len());
         let split = Arc::new(split.map_err(Failure::of_request)?);
         let reduction = Reduction::new(request.output, capture.sensor.clone(), Arc::clone(&split), photos);
@@ -76,6 +71,11 @@ pub async fn prepare(
         Ok((Arc::new(active), outcome))
     };
     tokio::task::spawn_blocking(cpu).await.map_err(Failure::of_farm)?
+}
+
+fn area(photo: &ReducedPhoto, only_counted: bool) -> PhotoArea<'_> {
+    let counted = photo.photograph.as_deref().filter(|_| only_counted);
+    PhotoArea { width: photo.width, height: photo.height, counted }
 }
 
 /// The largest value among the pixels that count.

@@ -106,6 +106,12 @@ impl<'a> Objective<'a> {
         Ok(Normal::new(&self.statistics(u, samples, true)?, &self.space.slopes(u)))
     }
 
+    /// The normal equations as [`Objective::normal`], of the parameters that no bound holds back.
+    pub fn movable(&self, u: &[f64], samples: u32) -> Result<Normal, Stopped> {
+        let normal = self.normal(u, samples)?;
+        Ok(normal.restricted(&self.space.movable(u, normal.gradient.as_slice())))
+    }
+
     /// Scores photos that no iteration has seen, at the very end.
     pub fn score(&self, u: &[f64], samples: u32, photos: Vec<usize>) -> Result<(PhotoStatistics, u64), Stopped> {
         let mut inner = self.inner.borrow_mut();

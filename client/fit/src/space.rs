@@ -115,11 +115,23 @@ impl Space {
         self.parameters.iter().map(|p| p.terms.iter().all(|t| multiplies_light(&t.number))).collect()
     }
 
-    /// Indices of the roughnesses: the numbers that move a highlight's width, in which the loss has its false minima.
+    /// Indices of the parameters all of whose numbers have this key: `roughness`, `ior`...
     #[must_use]
-    pub fn roughnesses(&self) -> Vec<usize> {
-        let is = |p: &Parameter| p.terms.iter().all(|t| t.number.ends_with(".roughness"));
-        self.parameters.iter().enumerate().filter(|(_, p)| is(p)).map(|(i, _)| i).collect()
+    pub fn of_key(&self, key: &str) -> Vec<usize> {
+        let has = |number: &str| number.rsplit_once('.').is_some_and(|(_, last)| last == key);
+        let all = self.parameters.iter().enumerate();
+        all.filter(|(_, p)| p.terms.iter().all(|t| has(&t.number))).map(|(i, _)| i).collect()
+    }
+
+    /// Which parameters can move: all but those at a bound whose loss falls towards it, where the descent is over
+    /// although the gradient is not zero. `gradient` is the loss's, in coordinates.
+    #[must_use]
+    pub fn movable(&self, u: &[f64], gradient: &[f64]) -> Vec<bool> {
+        let outward = |(t, (u, g)): (&Transform, (&f64, &f64))| {
+            let value = t.value(*u);
+            t.bound(value).is_some_and(|bound| if bound > value { *g < 0.0 } else { *g > 0.0 })
+        };
+        self.transforms.iter().zip(u.iter().zip(gradient)).map(|all| !outward(all)).collect()
     }
 
     /// Names and values for an error message.
@@ -176,7 +188,7 @@ mod tests {
     fn knows_what_multiplies_light_and_what_shapes_highlights() {
         let space = Space::new(&capture(), &[]).unwrap();
         assert_eq!(space.linear(), [false, false, false, false, true]);
-        assert_eq!(space.roughnesses(), [3]);
+        assert_eq!(space.of_key("roughness"), [3]);
     }
 
     #[test]
@@ -185,6 +197,13 @@ mod tests {
         let numbers = space.numbers(&[0.1, 0.2, 0.3, 0.4, 5.0]);
         let intensity: Vec<f64> = numbers.iter().skip(4).map(|n| n.1).collect();
         assert_eq!(intensity, [2.5, 5.0, 7.5]);
+    }
+
+    #[test]
+    fn a_parameter_is_held_only_against_its_bound() {
+        let space = Space::new(&capture(), &[]).unwrap();
+        let u = [11.0, 11.0, -11.0, 0.0, 0.0];
+        assert_eq!(space.movable(&u, &[-1.0, 1.0, 1.0, -1.0, 1.0]), [false, true, false, true, true]);
     }
 
     #[test]

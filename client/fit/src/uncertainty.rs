@@ -3,22 +3,23 @@
 //! Two answers to "how far off may it be?", from the per-photo normal equations at the estimate, in physical units:
 //!
 //! - model: (J'WJ)^-1, right where the model is; scaled by reduced chi-square where that exceeds 1, as if what the
-//!   model does not explain were more noise of the same kind;
+//!   model does not explain were more noise of the same kind, and widened for the render's noise, which a pixel's three
+//!   channels share because they come from the same paths: its share s of the variance counts three times, 1 + 2 s;
 //! - between photos: the sandwich (J'WJ)^-1 (sum over photos of g g') (J'WJ)^-1 with g = J'Wr of one photo (Huber 1967,
 //!   White 1980; clustered: Liang and Zeger 1986), times K / (K - 1) for K photos. It also holds where residuals are
 //!   alike within a photo, as those of a wrong light or pose are, which no number of pixels averages away. With few
 //!   photos it is rough, and of a parameter that one photo alone determines it knows nothing.
 //!
-//! The reported standard error is the model's, or the one between photos where that is more than twice as large:
-//! further apart than its roughness explains.
+//! The reported standard error is the model's, or the one between photos where that is larger by more than the scatter
+//! of so few photos explains: its square over the model's is about chi-square with K - 1 degrees of freedom, over these.
 
 use crate::Normal;
 use crate::normal::{Spectrum, count};
 use gonio_scene::PhotoStatistics;
 use nalgebra::{DMatrix, DVector};
 
-/// Ratio of the two standard errors from which on the photos are said to disagree.
-const DISAGREEMENT: f64 = 2.0;
+/// Standard normal quantile of the chance, 1e-4, to say that photos disagree when they do not.
+const UNLIKELY: f64 = 3.72;
 
 /// What the data say about the estimate's precision, in parameter order and physical units.
 #[derive(Debug, Clone)]
@@ -48,10 +49,14 @@ impl Uncertainty {
             let errors = m.diagonal().map(|v| (factor * v.max(0.0)).sqrt());
             errors.iter().zip(&known).map(|(e, k)| if *k { *e } else { f64::INFINITY }).collect()
         };
-        let model = root(&covariance, reduced_chi_square.max(1.0));
+        let shared = 1.0 + 2.0 * normal.render_share();
+        let model = root(&covariance, shared * reduced_chi_square.max(1.0));
         let between_photos = sandwich(photos, &covariance, parameters).map(|m| root(&m, 1.0));
         let standard_errors = match &between_photos {
-            Some(wider) => model.iter().zip(wider).map(|(m, w)| if *w > DISAGREEMENT * m { *w } else { *m }).collect(),
+            Some(wider) => {
+                let ratio = disagreement(photos.len());
+                model.iter().zip(wider).map(|(m, w)| if *w > ratio * m { *w } else { *m }).collect()
+            }
             None => model.clone(),
         };
         Self { standard_errors, correlations: correlations(&covariance), model, between_photos, spectrum }
@@ -59,9 +64,16 @@ impl Uncertainty {
 
     /// Whether the photos disagree about parameter `i` by more than noise explains.
     pub fn photos_disagree(&self, i: usize) -> bool {
-        let between = self.between_photos.as_ref().and_then(|b| b.get(i));
-        between.zip(self.model.get(i)).is_some_and(|(b, m)| *b > DISAGREEMENT * m)
+        self.standard_errors.get(i) > self.model.get(i)
     }
+}
+
+/// The ratio of the two standard errors from which on `photos` photos disagree, by Wilson and Hilferty's (1931)
+/// approximation of the chi-square quantile.
+fn disagreement(photos: usize) -> f64 {
+    let spread = 2.0 / (9.0 * (count(photos as u64) - 1.0).max(1.0));
+    let root = 1.0 - spread + UNLIKELY * spread.sqrt();
+    (root * root * root).sqrt()
 }
 
 /// Chi-square per degree of freedom.
@@ -123,6 +135,15 @@ mod tests {
         let u = Uncertainty::new(&[photo(100, 0.0), photo(100, 0.0)], 1);
         assert!((u.model[0] - (1.0_f64 / 200.0).sqrt() * (200.0_f64 / 199.0).sqrt()).abs() < 1e-12);
         assert_eq!(u.standard_errors, u.model);
+    }
+
+    #[test]
+    fn few_photos_must_disagree_more() {
+        // Chi-square quantiles at 1 - 1e-4: 15.1 for 1 degree of freedom, 23.5 for 4, 68.6 for 29 (tables).
+        for (photos, quantile) in [(2, 15.1), (5, 23.5 / 4.0), (30, 68.6 / 29.0)] {
+            let ratio = disagreement(photos);
+            assert!((ratio * ratio / quantile - 1.0_f64).abs() < 0.08, "{photos}: {ratio}");
+        }
     }
 
     #[test]

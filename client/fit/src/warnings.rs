@@ -10,6 +10,9 @@ const INSEPARABLE: f64 = 0.98;
 /// Eigenvalue of the normal equations, scaled to a unit diagonal, below which a combination is undetermined.
 const UNDETERMINED: f64 = 1e-6;
 
+/// Render variance over the other variance from which on more samples would pay.
+const NOISY: f64 = 0.25;
+
 /// The warnings about an estimate at physical `values`.
 pub(crate) fn about(space: &Space, values: &[f64], uncertainty: &Uncertainty) -> Vec<String> {
     let names = space.names();
@@ -123,7 +126,7 @@ pub(crate) fn about_scores(normal: &Normal, fit: &Score, held_out: Option<&Score
             held.reduced_chi_square, fit.reduced_chi_square
         ));
     }
-    if !Schedule::is_enough(normal) {
+    if Schedule::noise_ratio(normal) > NOISY {
         warnings.push(format!(
             "render noise still makes {:.0} % of the variance at the most samples allowed; more samples would narrow the errors",
             100.0 * normal.render_share()

@@ -30,7 +30,7 @@ fn held_out_photos_are_asked_for_once_and_last() {
         assert_eq!((last.photos.as_slice(), last.output, last.columns.len()), (&[3, 4][..], Output::Statistics, 0));
         assert!(fitted.iter().all(|r| r.photos == [0, 1, 2] && r.output == Output::Statistics), "{solver}");
         let score = result.held_out.unwrap();
-        assert!(score.reduced_chi_square < 1.2 && score.psnr.unwrap() > 20.0, "{score:?}");
+        assert!(score.reduced_chi_square < 1.2 && score.psnr.unwrap() > 20.0, "{solver}: {score:?}");
     }
 }
 
@@ -81,7 +81,8 @@ fn the_fitted_capture_is_a_capture_with_the_estimates() {
     let fitted = result.apply(&fake.capture).unwrap();
     let again = gonio_scene::Capture::parse(&fitted.to_toml().unwrap()).unwrap();
     assert_eq!(again.numbers()["material.shell.roughness"].0, result.parameters[3].value);
-    assert_eq!(again.numbers()["light.led.intensity.g"].0, result.parameters[5].value);
+    let green = again.numbers()["light.led.intensity.g"].0;
+    assert!((green / result.parameters[5].value - 1.0).abs() < 1e-12);
 }
 
 #[test]
@@ -118,13 +119,13 @@ fn a_colour_brighter_than_white_stops_at_its_bound_with_a_warning() {
     scene.truth.push(("material.board.base_color.r".to_owned(), 0.9));
     let mut fake = Fake::new(&scene);
     let result = run(&mut fake, &Options::default());
-    assert!(result.parameters.iter().all(|p| p.value < 1.0 && p.value > 0.99), "{:?}", result.parameters);
+    assert!(result.parameters.iter().all(|p| p.value < 1.0 && p.value > 0.995), "{:?}", result.parameters);
     assert!(result.warnings.iter().any(|w| w.contains("material.board.base_color.r is at its bound 1")), "{:?}", result.warnings);
 }
 
 #[test]
 fn starts_on_the_bound_still_arrive() {
-    let scene = Scene { start: [1.0, 1.0, 0.0], ..Scene::default() };
+    let scene = Scene { start: [1.0, 1.01, 0.0], ..Scene::default() };
     let result = run(&mut Fake::new(&scene), &Options::default());
     for p in &result.parameters {
         let z = (p.value - scene.true_value(&p.name)) / p.standard_error.unwrap();
@@ -150,6 +151,7 @@ fn nothing_free_is_a_score() {
     let result = run(&mut fake, &Options::default());
     assert!(result.converged && result.parameters.is_empty() && result.fit.reduced_chi_square > 1.0);
     assert_eq!(fake.requests.len(), 2);
+    assert_eq!(result.correlations, Vec::<Vec<f64>>::new());
 }
 
 #[test]

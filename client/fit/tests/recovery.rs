@@ -51,7 +51,7 @@ fn gauss_newton_finds_the_truth_from_every_start() {
 #[test]
 fn standard_errors_cover_the_truth() {
     let mut all = Vec::new();
-    for data_seed in 0..100 {
+    for data_seed in 0..std::env::var("N").map_or(100, |n| n.parse().unwrap()) {
         let scene = Scene { data_seed, pixels_per_photo: 150, ..Scene::default() };
         let result = run(&mut Fake::new(&scene), &Options { seed: data_seed + 1000, ..Options::default() });
         assert!(result.converged, "{data_seed}: {:?}", result.warnings);

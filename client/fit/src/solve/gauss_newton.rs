@@ -12,7 +12,7 @@ use std::cell::Cell;
 pub(super) fn solve(objective: &Objective<'_>, options: &Options) -> Result<Outcome, Stopped> {
     let scaled = scale::solve(objective, options.min_samples)?;
     let first = run(objective, options, scaled.clone(), Goal::Descend)?;
-    let best = restart::improve(objective, options, &scaled, first)?;
+    let best = restart::improve(objective, &scaled, first, &mut |u| run(objective, options, u, Goal::Descend))?;
     run(objective, options, best.position, Goal::Polish)
 }
 

@@ -36,7 +36,9 @@ impl Schedule {
         let factor = (Self::noise_ratio(normal) / NEGLIGIBLE).clamp(1.5, 4.0);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let wanted = (f64::from(samples) * factor / 2.0 - 1e-6).ceil() as u32;
-        Some(wanted.saturating_mul(2).min(self.max))
+        let next = wanted.saturating_mul(2);
+        // A last raise by less than half again would cost another evaluation and gain nothing.
+        Some(if next >= self.max - self.max / 3 { self.max } else { next })
     }
 }
 
@@ -59,6 +61,7 @@ mod tests {
         assert_eq!(schedule.next(16, &normal(0.08 / 1.08, 1.0)), Some(32));
         assert_eq!(schedule.next(32, &normal(0.03, 1.0)), None);
         assert_eq!(schedule.next(512, &normal(0.5, 1.0)), None);
+        assert_eq!(Schedule { max: 80 }.next(16, &normal(0.5, 1.0)), Some(80));
         assert_eq!(Schedule { max: 10 }.next(4, &normal(0.5, 1.0)), Some(10));
     }
 

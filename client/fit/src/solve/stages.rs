@@ -1,6 +1,6 @@
 //! What the general-purpose solvers share: the same search at more and more samples, and one judgement at the end.
 
-use super::{Outcome, Schedule, scale};
+use super::{Outcome, Schedule, restart, scale};
 use crate::Options;
 use crate::normal::{Normal, count};
 use crate::objective::{Objective, Stopped};
@@ -15,11 +15,18 @@ pub(super) type Search<'s> = dyn FnMut(&[f64], u32, &Normal, usize) -> Result<Ve
 pub(super) fn run(objective: &Objective<'_>, options: &Options, search: &mut Search<'_>) -> Result<Outcome, Stopped> {
     let schedule = Schedule { max: options.max_samples };
     let mut samples = options.min_samples;
-    let mut u = scale::solve(objective, samples)?;
+    let scaled = scale::solve(objective, samples)?;
+    let mut descend = |u: Vec<f64>| {
+        let position = search(&u, samples, &objective.normal(&u, samples)?, 0)?;
+        Ok(Outcome { position, samples, converged: false })
+    };
+    let first = descend(scaled.clone())?;
+    let mut u = restart::improve(objective, &scaled, first, &mut descend)?.position;
     for stage in 0.. {
-        let before = objective.normal(&u, samples)?;
-        u = search(&u, samples, &before, stage)?;
-        let after = objective.normal(&u, samples)?;
+        if stage > 0 {
+            u = search(&u, samples, &objective.normal(&u, samples)?, stage)?;
+        }
+        let after = objective.movable(&u, samples)?;
         objective.place(&u, samples);
         let out_of_iterations = objective.iteration_count() >= options.iterations();
         match schedule.next(samples, &after) {

@@ -19,7 +19,7 @@ pub(super) type PointState = IterState<Vec<f64>, (), (), (), (), f64>;
 /// When a run of the solver ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Goal {
-    /// At the first samples, once the step left is below a standard error.
+    /// At the first samples, once the step left is a few standard errors.
     Descend,
     /// At the samples that make the render's noise negligible, once the step left is below the tolerance.
     Polish,
@@ -29,6 +29,8 @@ pub(super) enum Goal {
 const FIRST_RADIUS: f64 = 1.0;
 const LARGEST_RADIUS: f64 = 4.0;
 const SMALLEST_RADIUS: f64 = 1e-3;
+/// Squared step left, per parameter, in standard errors, from which on the model is as good as linear.
+const NEAR: f64 = 9.0;
 /// A parameter without natural scale moves, within a radius of one, no further than changes the observations by this
 /// many standard deviations in the root mean square.
 const VISIBLE: f64 = 10.0;
@@ -55,7 +57,7 @@ struct Here {
 
 impl Here {
     fn at(objective: &Objective<'_>, u: Vec<f64>, samples: u32) -> Result<Self, Stopped> {
-        let normal = objective.normal(&u, samples)?;
+        let normal = objective.movable(&u, samples)?;
         let spectrum = normal.spectrum();
         Ok(Self { u, normal, spectrum })
     }
@@ -85,7 +87,7 @@ impl<'c> TrustRegion<'c> {
         let samples = self.samples.get();
         let left = here.left();
         match self.goal {
-            Goal::Descend if left <= 1.0 => self.verdict = Some(true),
+            Goal::Descend if left <= NEAR => self.verdict = Some(true),
             Goal::Polish if left <= self.tolerance * self.tolerance && self.schedule.next(samples, &here.normal).is_none() => {
                 self.verdict = Some(true);
             }
@@ -109,9 +111,9 @@ impl<'c> TrustRegion<'c> {
         let reach = reach(objective.space, &here.normal);
         let step = bounded_step(&here.spectrum, &reach, self.radius);
         let u = objective.space.retract(&here.u, step.as_slice());
-        // A step of less than a standard error needs no test: it is taken on the way to the next samples, so that no
+        // A step of a few standard errors needs no test: it is taken on the way to the next samples, so that no
         // evaluation is spent on converging to what this sample count's noise has made of the minimum.
-        if self.goal == Goal::Polish && here.left() <= 1.0
+        if self.goal == Goal::Polish && here.left() <= NEAR
             && let Some(more) = self.schedule.next(samples, &here.normal)
         {
             self.samples.set(more);

@@ -10,6 +10,7 @@ pub mod scene;
 pub mod shading;
 
 use gonio_fit::{Evaluate, EvaluateError, Watch};
+use gonio_scene::capture::Sensor;
 use gonio_scene::{Capture, Evaluation, EvaluationRequest, PhotoStatistics, Progress};
 pub use scene::Scene;
 use shading::Pixel;
@@ -88,7 +89,16 @@ impl Fake {
             })
             .collect();
         let spread = self.render_noise / (f64::from(request.samples) / 2.0).sqrt();
+        let factor = |i: usize, half: u64| {
+            1.0 + spread * gauss(&[request.seed, 99, u64::from(request.samples), photo as u64, i as u64, half])
+        };
+        let pixels = self.pixels[photo].len();
+        let factors: Vec<[f64; 2]> = (0..pixels).map(|i| [factor(i, 0), factor(i, 1)]).collect();
+        let own: Vec<f64> = factors.iter().map(|[a, b]| 0.25 * (a - b) * (a - b)).collect();
         for (i, pixel) in self.pixels[photo].iter().enumerate() {
+            // As the coordinator does it: render variance from the neighbours, without the pixel itself.
+            let (from, to) = (i.saturating_sub(12), (i + 13).min(pixels));
+            let relative = (own[from..to].iter().sum::<f64>() - own[i]) / (to - from - 1) as f64;
             let clean = pixel.value(model, photo);
             let slopes: Vec<[f64; 3]> = moved
                 .iter()
@@ -98,27 +108,22 @@ impl Fake {
                 })
                 .collect();
             // Value and derivatives come from the same samples: their noise is the same.
-            let factor = |half: u64| {
-                1.0 + spread * gauss(&[request.seed, 99, u64::from(request.samples), photo as u64, i as u64, half])
-            };
-            let factors = [factor(0), factor(1)];
             for c in 0..3 {
                 let y = self.photos[photo][i][c];
-                let halves = factors.map(|f| {
+                let halves = factors[i].map(|f| {
                     let mut row = vec![f * clean[c] - y];
                     row.extend(slopes.iter().map(|s| f * s[c]));
                     row
                 });
-                self.add(&mut sums, &halves, y, &model.sensor);
+                self.add(&mut sums, &halves, y, relative * clean[c] * clean[c], &model.sensor);
             }
         }
         sums
     }
 
-    fn add(&self, sums: &mut PhotoStatistics, halves: &[Vec<f64>; 2], y: f64, sensor: &gonio_scene::capture::Sensor) {
+    fn add(&self, sums: &mut PhotoStatistics, halves: &[Vec<f64>; 2], y: f64, render: f64, sensor: &Sensor) {
         let [a, b] = halves;
         let mean: Vec<f64> = a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect();
-        let render = 0.25 * (a[0] - b[0]) * (a[0] - b[0]);
         let variance = sensor.variance(mean[0] + y) + render;
         for i in 0..a.len() {
             for j in 0..a.len() {

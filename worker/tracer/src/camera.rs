@@ -9,6 +9,8 @@ use gonio_scene::{Result, SceneError};
 pub struct PhotoCamera {
     intrinsics: Camera,
     rotation: Mat3,
+    /// Image position (x, y, 1) to an unnormalised world direction, without distortion.
+    projective: Mat3,
     /// The camera's centre in world coordinates.
     pub origin: Vec3,
     /// World direction of the camera's z axis.
@@ -23,9 +25,12 @@ impl PhotoCamera {
         let m = &photo.camera_to_world;
         let column = |j: usize| DVec3::new(m[0][j], m[1][j], m[2][j]);
         let rotation = DMat3::from_cols(column(0), column(1), column(2));
+        let (right, down) = (column(0) / camera.fx, column(1) / camera.fy);
+        let corner = column(2) - right * camera.cx - down * camera.cy;
         let this = Self {
             intrinsics: camera.clone(),
             rotation: rotation.as_mat3(),
+            projective: DMat3::from_cols(right, down, corner).as_mat3(),
             origin: column(3).as_vec3(),
             forward: column(2).as_vec3(),
             distorted: camera.distortion.iter().any(|d| *d != 0.0),
@@ -49,11 +54,21 @@ impl PhotoCamera {
     }
 
     /// The world direction (unit length) seen at image position (x, y), in pixels from the top left corner.
+    #[inline]
     #[must_use]
-    pub fn direction(&self, x: f64, y: f64) -> Vec3 {
+    pub fn direction(&self, x: f32, y: f32) -> Vec3 {
+        if self.distorted {
+            return self.distorted_direction(f64::from(x), f64::from(y));
+        }
+        let m = &self.projective;
+        (m.x_axis * x + m.y_axis * y + m.z_axis).normalize()
+    }
+
+    #[inline(never)]
+    fn distorted_direction(&self, x: f64, y: f64) -> Vec3 {
         let distorted = self.normalised(x, y);
         // A position that failed to converge lies beyond the checked border only by rounding: take it as it is.
-        let p = if self.distorted { self.undistort(distorted).unwrap_or(distorted) } else { distorted };
+        let p = self.undistort(distorted).unwrap_or(distorted);
         (self.rotation * DVec3::new(p.x, p.y, 1.0).normalize().as_vec3()).normalize()
     }
 
@@ -131,7 +146,7 @@ mod tests {
             p1 in -0.003..0.003f64, p2 in -0.003..0.003f64,
         ) {
             let c = PhotoCamera::new(&camera([k1, k2, p1, p2, 0.0]), &Photo::default()).unwrap();
-            let d = c.direction(x, y).as_dvec3();
+            let d = c.direction(x as f32, y as f32).as_dvec3();
             let (q, _) = c.distort(DVec2::new(d.x / d.z, d.y / d.z));
             prop_assert!((q.x * 500.0 + 310.0 - x).abs() < 1e-3);
             prop_assert!((q.y * 510.0 + 245.0 - y).abs() < 1e-3);

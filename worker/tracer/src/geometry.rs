@@ -8,13 +8,20 @@ use gonio_scene::{Assets, Capture, Result, SceneError};
 /// World-space triangles under a BVH.
 pub struct Geometry {
     bvh: Bvh,
-    triangles: Vec<[Vec3; 3]>,
-    /// Vertex normals of each triangle; face normals, three times, where its mesh has none.
-    normals: Vec<[Vec3; 3]>,
+    triangles: Vec<Triangle>,
+}
+
+/// What shading needs of a triangle, together, because a hit reads all of it.
+struct Triangle {
+    vertices: [Vec3; 3],
+    /// Vertex normals; face normals, three times, where the mesh has none.
+    normals: [Vec3; 3],
     /// Unit face normal, on the side that the winding shows counter-clockwise.
-    faces: Vec<Vec3>,
-    /// Index of each triangle's object in the capture.
-    objects: Vec<u32>,
+    face: Vec3,
+    /// Index of the object in the capture.
+    object: u32,
+    /// See [`Surface::margin`].
+    margin: f32,
 }
 
 /// A point on a surface.
@@ -38,8 +45,7 @@ impl Geometry {
     /// # Errors
     /// A transform that takes vertices out of single precision's range; a mesh that was not loaded.
     pub fn new(capture: &Capture, assets: &Assets) -> Result<Self> {
-        let mut this =
-            Self { bvh: Bvh::build(&[]), triangles: vec![], normals: vec![], faces: vec![], objects: vec![] };
+        let mut triangles = Vec::new();
         for (index, object) in capture.objects.iter().enumerate() {
             let refuse = |problem: String, mend: &str| {
                 SceneError::new(CAPTURE_FILE, problem, mend).at(format!("object.{}", object.name))
@@ -70,14 +76,12 @@ impl Geometry {
                 // Rounding to world coordinates may flatten a sliver: it has no area that light could see.
                 let Some(face) = cross.try_normalize().map(|f| (f * mirror).as_vec3()) else { continue };
                 let normals = turned.as_ref().map_or([face; 3], |n| [n[corner(0)], n[corner(1)], n[corner(2)]]);
-                this.triangles.push(v);
-                this.normals.push(normals);
-                this.faces.push(face);
-                this.objects.push(index as u32);
+                let extent = v[0].abs().max(v[1].abs()).max(v[2].abs()).max_element();
+                triangles.push(Triangle { vertices: v, normals, face, object: index as u32, margin: extent * MARGIN });
             }
         }
-        this.bvh = Bvh::build(&this.triangles);
-        Ok(this)
+        let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.vertices).collect();
+        Ok(Self { bvh: Bvh::build(&corners), triangles })
     }
 
     /// The nearest triangle along a ray.
@@ -98,18 +102,16 @@ impl Geometry {
     #[inline]
     #[must_use]
     pub fn surface(&self, hit: &Hit) -> Surface {
-        let i = hit.triangle as usize;
-        let [a, b, c] = self.triangles[i];
-        let [na, nb, nc] = self.normals[i];
+        let triangle = &self.triangles[hit.triangle as usize];
+        let [a, b, c] = triangle.vertices;
+        let [na, nb, nc] = triangle.normals;
         let w = 1.0 - hit.u - hit.v;
-        let normal = (na * w + nb * hit.u + nc * hit.v).normalize_or(self.faces[i]);
-        let extent = a.abs().max(b.abs()).max(c.abs()).max_element();
         Surface {
             position: a * w + b * hit.u + c * hit.v,
-            face: self.faces[i],
-            normal,
-            object: self.objects[i] as usize,
-            margin: extent * MARGIN,
+            face: triangle.face,
+            normal: (na * w + nb * hit.u + nc * hit.v).normalize_or(triangle.face),
+            object: triangle.object as usize,
+            margin: triangle.margin,
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::{bvh::Hit, bvh::Ray};
 use glam::{Vec2, Vec3};
 
 /// Bounces before Russian roulette may end a path.
-const ROULETTE_FROM: u32 = 2;
+const ROULETTE_FROM: u32 = 1;
 /// A path goes on with at most this probability, so that none between white walls lasts for ever.
 const SURVIVAL: f32 = 0.95;
 /// At a path's first surface every light is sampled if there are no more than this; else, and later on, one at random.

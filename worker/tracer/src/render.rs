@@ -111,7 +111,7 @@ impl Prepared {
         for index in task.samples.clone() {
             let mut numbers = sampler.sample(index);
             let [u, v, ..] = numbers.next4();
-            let ray = view.ray(f64::from(x) + f64::from(u), f64::from(y) + f64::from(v));
+            let ray = view.ray(x as f32 + u, y as f32 + v);
             let first = self.geometry.closest(&ray);
             found.fill(Vec3::ZERO);
             let mut tally = Tally { radiance: Vec3::ZERO, derivatives: found };
@@ -146,7 +146,7 @@ impl Prepared {
             }
             let x = tile.x + (*index as u32) % tile.width;
             let y = tile.y + (*index as u32) / tile.width;
-            let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let ray = view.ray(x as f32 + 0.5, y as f32 + 0.5);
             data.extend(self.first_hit(view, &ray, self.geometry.closest(&ray)));
         }
         Some(TileFilm { pixels: indices.len(), channels, halves: 1, data, invalid_samples: 0 })
@@ -180,7 +180,7 @@ impl Prepared {
 
 impl View {
     /// The camera ray through an image position in pixels.
-    fn ray(&self, x: f64, y: f64) -> Ray {
+    fn ray(&self, x: f32, y: f32) -> Ray {
         Ray {
             origin: self.camera.origin,
             direction: self.camera.direction(x, y),

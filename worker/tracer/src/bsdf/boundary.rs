@@ -25,30 +25,6 @@ impl RoughBoundary {
         Self { alpha: Dual::alpha(alpha), ior: Dual::ior(ior) }
     }
 
-    /// The part of a parallel beam from outside, at `cos` from the normal, that enters after one refraction.
-    ///
-    /// Mean over the visible normals of `(1 - F) G1(refracted)`.
-    pub fn transmittance(&self, cos: f64) -> Dual {
-        let view = View::new(cos, self.alpha);
-        let span = view.up.z + 1.0;
-        let mut sum = Dual::default();
-        for &(across, y_weight) in &QUARTER_CIRCLE.nodes {
-            let y = Dual::constant(across);
-            let mut inner = Dual::default();
-            for &(t, t_weight) in &GAUSS_TO_BOTH.nodes {
-                let (cos_d, cos_h) = view.facet(y, span * t - 1.0);
-                let cos_t = self.refract(cos_d);
-                let below = (cos_t - cos_d / self.ior) * cos_h + Dual::constant(cos) / self.ior;
-                if below.value > 0.0 {
-                    inner = inner + (-fresnel(cos_d, cos_t, self.ior) + 1.0) * self.smith(below) * t_weight;
-                }
-            }
-            // Equal arcs of a circle; the density along it is its width.
-            sum = sum + inner * (2.0 * (1.0 - across * across) * y_weight);
-        }
-        sum
-    }
-
     /// The part of a parallel beam from outside, at `cos` from the normal, that leaves again after one reflection.
     ///
     /// Mean over the visible normals of `F G1(reflected)`.

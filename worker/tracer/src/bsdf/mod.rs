@@ -7,7 +7,7 @@
 //! | model | file | built from |
 //! | --- | --- | --- |
 //! | `lambert` | [`lambert`] | `warp` |
-//! | `plastic` | [`plastic`] | `microfacet`, `fresnel`, `warp`; `boundary` and `table` once per material |
+//! | `plastic` | [`plastic`] | `microfacet`, `fresnel`, `warp`; `boundary`, `reference` and `table` once per material |
 //! | `conductor` | [`conductor`] | `microfacet`, `fresnel` |
 //!
 //! A new model is a file and a variant of [`Bsdf`]. Nothing here allocates after construction.
@@ -22,6 +22,7 @@ mod error;
 mod fresnel;
 mod microfacet;
 mod quadrature;
+mod reference;
 mod table;
 mod warp;
 

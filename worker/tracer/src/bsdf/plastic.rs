@@ -9,7 +9,7 @@ use super::dual::Dual;
 use super::error::{ParameterError, check, check_color};
 use super::microfacet::{Ggx, HalfVector, Lobe};
 use super::table::AngularTable;
-use super::{Evaluation, Slot, fresnel, warp};
+use super::{Evaluation, Slot, fresnel, reference, warp};
 
 /// Least chance of either lobe, so that a lobe of weight zero, whose derivative may not be zero, is still sampled.
 const LEAST_LOBE_PROBABILITY: f32 = 0.1;
@@ -63,17 +63,18 @@ impl Plastic {
         let ggx = Ggx::new(check("roughness", roughness, 0.0, 1.0)?);
         let ior = check("ior", ior, 1.001, 10.0)?;
 
-        let boundary = RoughBoundary::new(f64::from(ggx.alpha()), f64::from(ior));
-        let index = Dual::ior(f64::from(ior));
+        let (alpha, index) = (f64::from(ggx.alpha()), Dual::ior(f64::from(ior)));
+        let boundary = RoughBoundary::new(alpha, index.value);
         let mean_transmittance = -boundary.mean_reflectance_outside() + 1.0;
-        let internal = if energy_compensation {
-            -(mean_transmittance / index.square()) + 1.0
+        let (transmittance, internal) = if energy_compensation {
+            let transmittance = AngularTable::smooth(|cos| -boundary.reflectance(cos) + 1.0);
+            (transmittance, -(mean_transmittance / index.square()) + 1.0)
         } else {
-            boundary.mean_reflectance_inside_as_reference()
+            let transmittance = AngularTable::linear(&reference::transmittances(alpha, index.value));
+            (transmittance, boundary.mean_reflectance_inside_as_reference())
         };
         let base = Base::new(base_color, index, internal);
         let base_weight = base.value.element_sum() / 3.0 / FRAC_1_PI * mean_transmittance.value as f32;
-        let transmittance = transmittance_table(&boundary, energy_compensation);
         Ok(Self { ggx, ior, transmittance, base, base_weight })
     }
 
@@ -153,14 +154,5 @@ impl Base {
         let [r, g, b] = color.to_array().map(channel);
         let [value, d_color, d_alpha, d_ior] = std::array::from_fn(|i| Vec3::new(r[i], g[i], b[i]));
         Self { value, d_color, d_alpha, d_ior }
-    }
-}
-
-/// The boundary's transmittance, over the cosine outside.
-pub(super) fn transmittance_table(boundary: &RoughBoundary, energy_compensation: bool) -> AngularTable {
-    if energy_compensation {
-        AngularTable::new(|cos| -boundary.reflectance(cos) + 1.0)
-    } else {
-        AngularTable::new(|cos| boundary.transmittance(cos))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::dual::Dual;
 
-/// Intervals of the table, equal in `sqrt(cos)` so that grazing angles are resolved.
+/// Intervals of a smooth table, equal in `sqrt(cos)` so that grazing angles are resolved.
 const INTERVALS: usize = 64;
 /// The cosine that stands for grazing, where the integrals have finite limits but divide by zero.
 const GRAZING: f64 = 1e-7;
@@ -10,30 +10,48 @@ const GRAZING: f64 = 1e-7;
 /// Cubic polynomial `c0 + c1 t + c2 t^2 + c3 t^3` on one interval, `t` in `[0, 1]`.
 type Cubic = [f32; 4];
 
-/// A smooth function of `cos(theta)` with its derivatives with respect to alpha and index of refraction.
+/// A function of `cos(theta)` with its derivatives with respect to alpha and index of refraction.
 ///
-/// Each is a C2 cubic spline in `sqrt(cos)`. A spline is linear in the values at its nodes, so the splines of the
-/// derivatives are the derivatives of the spline.
+/// Each is a piecewise polynomial. Those are linear in the values at their nodes, so interpolating the derivatives gives
+/// the derivatives of the interpolation.
 #[derive(Clone, Debug)]
 pub struct AngularTable {
+    axis: Axis,
     // One block per interval: value, d/d alpha, d/d ior. Evaluating all three touches one cache line.
     intervals: Box<[[Cubic; 3]]>,
 }
 
+/// The variable in which intervals are equal.
+#[derive(Clone, Copy, Debug)]
+enum Axis {
+    Cosine,
+    RootOfCosine,
+}
+
 impl AngularTable {
-    /// Tabulates `function` of the cosine, defined on `(0, 1]`.
-    pub fn new(function: impl Fn(f64) -> Dual) -> Self {
+    /// A C2 cubic spline in `sqrt(cos)` of a smooth `function` of the cosine, defined on `(0, 1]`.
+    pub fn smooth(function: impl Fn(f64) -> Dual) -> Self {
         let samples: Vec<Dual> = (0..=INTERVALS)
             .map(|i| {
                 let x = i as f64 / INTERVALS as f64;
                 function((x * x).max(GRAZING))
             })
             .collect();
-        let value = spline(&samples.iter().map(|s| s.value).collect::<Vec<_>>());
-        let d_alpha = spline(&samples.iter().map(|s| s.d_alpha).collect::<Vec<_>>());
-        let d_ior = spline(&samples.iter().map(|s| s.d_ior).collect::<Vec<_>>());
+        Self::interpolate(Axis::RootOfCosine, &samples, spline)
+    }
+
+    /// Linear between `samples` at equally spaced cosines from 0 to 1, at least two.
+    pub fn linear(samples: &[Dual]) -> Self {
+        Self::interpolate(Axis::Cosine, samples, |values| {
+            values.windows(2).map(|pair| [pair[0] as f32, (pair[1] - pair[0]) as f32, 0.0, 0.0]).collect()
+        })
+    }
+
+    fn interpolate(axis: Axis, samples: &[Dual], rule: impl Fn(&[f64]) -> Vec<Cubic>) -> Self {
+        let cubics = |part: fn(&Dual) -> f64| rule(&samples.iter().map(part).collect::<Vec<_>>());
+        let (value, d_alpha, d_ior) = (cubics(|s| s.value), cubics(|s| s.d_alpha), cubics(|s| s.d_ior));
         let intervals = value.into_iter().zip(d_alpha).zip(d_ior).map(|((v, a), n)| [v, a, n]).collect();
-        Self { intervals }
+        Self { axis, intervals }
     }
 
     /// The function at `cos` in `[0, 1]`.
@@ -53,8 +71,12 @@ impl AngularTable {
     #[inline]
     fn locate(&self, cos: f32) -> (&[Cubic; 3], f32) {
         const OUTSIDE: &[Cubic; 3] = &[[0.0; 4]; 3];
-        let x = cos.clamp(0.0, 1.0).sqrt() * INTERVALS as f32;
-        let index = (x as usize).min(INTERVALS - 1);
+        let cos = cos.clamp(0.0, 1.0);
+        let x = match self.axis {
+            Axis::Cosine => cos,
+            Axis::RootOfCosine => cos.sqrt(),
+        } * self.intervals.len() as f32;
+        let index = (x as usize).min(self.intervals.len().saturating_sub(1));
         // The index is in range by construction; `get` spares the panic path.
         (self.intervals.get(index).unwrap_or(OUTSIDE), x - index as f32)
     }
@@ -103,7 +125,7 @@ mod tests {
     /// A polynomial of degree 1 in the cosine is one of degree 2 in its root: the spline must carry it exactly.
     #[test]
     fn reproduces_a_parabola() {
-        let table = AngularTable::new(|c| Dual { value: 1.0 - 0.5 * c, d_alpha: c, d_ior: 3.0 });
+        let table = AngularTable::smooth(|c| Dual { value: 1.0 - 0.5 * c, d_alpha: c, d_ior: 3.0 });
         for i in 0..=1000 {
             let cos = i as f32 / 1000.0;
             let [value, d_alpha, d_ior] = table.value_and_derivatives(cos);
@@ -115,8 +137,16 @@ mod tests {
     }
 
     #[test]
+    fn is_linear_between_samples() {
+        let table = AngularTable::linear(&[1.0, 3.0, 2.0].map(Dual::constant));
+        for (cos, value) in [(0.0, 1.0), (0.25, 2.0), (0.5, 3.0), (0.875, 2.25), (1.0, 2.0)] {
+            assert_eq!(table.value_and_derivatives(cos), [value, 0.0, 0.0]);
+        }
+    }
+
+    #[test]
     fn is_fourth_order_inside() {
-        let table = AngularTable::new(|c| Dual::constant(libm::sin(6.0 * c.sqrt()) - 6.0 * c.sqrt()));
+        let table = AngularTable::smooth(|c| Dual::constant(libm::sin(6.0 * c.sqrt()) - 6.0 * c.sqrt()));
         let worst = (0..=5000)
             .map(|i| {
                 let x = f64::from(i) / 5000.0;

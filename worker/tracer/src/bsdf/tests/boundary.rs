@@ -2,7 +2,8 @@
 
 use super::super::boundary::RoughBoundary;
 use super::super::dual::Dual;
-use super::super::plastic::transmittance_table;
+use super::super::reference;
+use super::super::table::AngularTable;
 
 /// Fresnel reflectance from cosines by Snell and the textbook ratios, total reflection included.
 fn fresnel(cos_i: f64, relative_ior: f64) -> (f64, f64) {
@@ -54,18 +55,28 @@ fn brute_force(cos: f64, alpha: f64, relative_ior: f64, rings: u32, sectors: u32
     (transmitted * scale, reflected * scale)
 }
 
+/// The transmittance tables without and with energy compensation.
+fn tables(alpha: f64, ior: f64) -> [AngularTable; 2] {
+    let boundary = RoughBoundary::new(alpha, ior);
+    let compensated = AngularTable::smooth(|cos| -boundary.reflectance(cos) + 1.0);
+    [AngularTable::linear(&reference::transmittances(alpha, ior)), compensated]
+}
+
+/// The reference renderer's rule has an error of its own, and more where it interpolates linearly near grazing.
 #[test]
 fn transmittance_and_reflectance() {
     for alpha in [0.01, 0.04, 0.15, 0.4, 1.0] {
         for ior in [1.2, 1.5, 2.5] {
-            let boundary = RoughBoundary::new(alpha, ior);
-            let [plain, compensated] = [false, true].map(|compensated| transmittance_table(&boundary, compensated));
+            let [plain, compensated] = tables(alpha, ior);
             for cos in [0.004, 0.03, 0.11, 0.35, 0.72, 0.97] {
                 let (transmitted, reflected) = brute_force(cos, alpha, ior, 1000, 500);
-                for (name, exact, table) in [("T", transmitted, &plain), ("1 - R", 1.0 - reflected, &compensated)] {
+                let rule = if cos < 0.1 { 0.02 } else { 8e-4 };
+                for (name, exact, table, tolerance) in
+                    [("T", transmitted, &plain, rule), ("1 - R", 1.0 - reflected, &compensated, 2e-4)]
+                {
                     let table = table.value(cos as f32);
                     let error = (f64::from(table) - exact).abs();
-                    assert!(error < 2e-4, "{name} alpha {alpha} ior {ior} cos {cos}: {table}, exactly {exact}");
+                    assert!(error < tolerance, "{name} alpha {alpha} ior {ior} cos {cos}: {table}, exactly {exact}");
                 }
             }
         }
@@ -76,9 +87,7 @@ fn transmittance_and_reflectance() {
 #[test]
 fn polished_limit() {
     for ior in [1.2, 1.5, 2.5] {
-        let boundary = RoughBoundary::new(1e-3, ior);
-        for energy_compensation in [false, true] {
-            let table = transmittance_table(&boundary, energy_compensation);
+        for table in tables(1e-3, ior) {
             for cos in [0.1, 0.2, 0.5, 0.8, 1.0] {
                 let exact = 1.0 - fresnel(cos, ior).0;
                 let error = (f64::from(table.value(cos as f32)) - exact).abs();
@@ -141,26 +150,26 @@ fn mean_reflectance_as_reference() {
     }
 }
 
-type Quantity = (&'static str, fn(&RoughBoundary) -> Dual);
+type Quantity = (&'static str, fn(f64, f64) -> Dual);
 
 /// Every dual number's derivatives against central differences of its value.
 #[test]
 fn derivatives() {
     let quantities: [Quantity; 9] = [
-        ("T(0.03)", |b| b.transmittance(0.03)),
-        ("T(0.4)", |b| b.transmittance(0.4)),
-        ("T(1)", |b| b.transmittance(1.0)),
-        ("R(0.03)", |b| b.reflectance(0.03)),
-        ("R(0.4)", |b| b.reflectance(0.4)),
-        ("R(1)", |b| b.reflectance(1.0)),
-        ("outside", RoughBoundary::mean_reflectance_outside),
-        ("inside", RoughBoundary::mean_reflectance_inside),
-        ("inside as reference", RoughBoundary::mean_reflectance_inside_as_reference),
+        ("T(0)", |alpha, ior| reference::transmittances(alpha, ior)[0]),
+        ("T(25/63)", |alpha, ior| reference::transmittances(alpha, ior)[25]),
+        ("T(1)", |alpha, ior| reference::transmittances(alpha, ior)[63]),
+        ("R(0.03)", |alpha, ior| RoughBoundary::new(alpha, ior).reflectance(0.03)),
+        ("R(0.4)", |alpha, ior| RoughBoundary::new(alpha, ior).reflectance(0.4)),
+        ("R(1)", |alpha, ior| RoughBoundary::new(alpha, ior).reflectance(1.0)),
+        ("outside", |alpha, ior| RoughBoundary::new(alpha, ior).mean_reflectance_outside()),
+        ("inside", |alpha, ior| RoughBoundary::new(alpha, ior).mean_reflectance_inside()),
+        ("inside as reference", |alpha, ior| RoughBoundary::new(alpha, ior).mean_reflectance_inside_as_reference()),
     ];
     for (name, quantity) in quantities {
         for alpha in [0.01, 0.1, 0.3, 0.9] {
             for ior in [1.2, 1.5, 2.5] {
-                let at = |alpha: f64, ior: f64| quantity(&RoughBoundary::new(alpha, ior));
+                let at = quantity;
                 let dual = at(alpha, ior);
                 let (h_alpha, h_ior) = (1e-3 * alpha, 1e-3);
                 let d_alpha = (at(alpha + h_alpha, ior).value - at(alpha - h_alpha, ior).value) / (2.0 * h_alpha);

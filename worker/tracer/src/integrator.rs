@@ -25,6 +25,9 @@ pub struct World<'a> {
     pub geometry: &'a Geometry,
     /// Materials by object.
     pub shaders: &'a [Shader],
+    /// The materials that choose directions and end paths: `shaders` itself, or, for central differences with the same
+    /// paths, those of the point in the middle.
+    pub proposals: &'a [Shader],
     /// Index into `shaders` by object.
     pub shader_of: &'a [usize],
     /// The photo's lights.
@@ -99,7 +102,9 @@ fn power(own: f32, other: f32) -> f32 {
 /// Traces one path from a camera ray whose first hit, if it has one, is known; adds what it finds to `tally`.
 ///
 /// `scratch` is workspace of as many vectors as there are planes (none without derivatives); its content does not matter.
-pub fn trace(
+///
+/// `SAME` says that `world.proposals` are `world.shaders`.
+pub fn trace<const SAME: bool>(
     world: &World<'_>,
     mut ray: Ray,
     first: Option<Hit>,
@@ -108,6 +113,8 @@ pub fn trace(
     tally: &mut Tally<'_>,
 ) {
     scratch.fill(Vec3::ZERO);
+    // What the throughput would be if the proposals reflected; decides about roulette alone.
+    let mut proposed = Vec3::ONE;
     let mut carrier = Carrier { throughput: Vec3::ONE, derivatives: scratch };
     let mut hit = first;
     // Density of the direction that led here and the share of each light in the choice at the last surface; a camera ray
@@ -130,6 +137,7 @@ pub fn trace(
         };
         let surface = world.geometry.surface(&h);
         let shader = &world.shaders[world.shader_of[surface.object]];
+        let proposal = if SAME { shader } else { &world.proposals[world.shader_of[surface.object]] };
         let basis = Basis::new(surface.normal);
         let wo = basis.local(-ray.direction);
         if wo.z <= 0.0 {
@@ -164,7 +172,8 @@ pub fn trace(
                 return;
             }
             let weight = if sample.pdf > 0.0 {
-                power(sample.pdf * pick, found.pdf) / (sample.pdf * pick)
+                let pdf = if SAME { found.pdf } else { proposal.bsdf.evaluate(wo, wi).pdf };
+                power(sample.pdf * pick, pdf) / (sample.pdf * pick)
             } else {
                 1.0 / pick
             };
@@ -192,39 +201,41 @@ pub fn trace(
             direct(index, Vec2::new(towards[0], towards[1]));
         }
 
-        let Some(wi) = shader.bsdf.sample_direction(wo, [numbers[0], numbers[1], numbers[2]]) else { return };
+        let Some(wi) = proposal.bsdf.sample_direction(wo, [numbers[0], numbers[1], numbers[2]]) else { return };
         let mut slots = [Vec3::ZERO; MAX_SLOTS];
         let found = if differentiate {
             shader.bsdf.evaluate_with_derivatives(wo, wi, &mut slots)
         } else {
             shader.bsdf.evaluate(wo, wi)
         };
-        if found.pdf <= 0.0 {
+        let chosen = if SAME { found } else { proposal.bsdf.evaluate(wo, wi) };
+        if chosen.pdf <= 0.0 {
             return;
         }
         let mut survival = 1.0;
-        let next = carrier.throughput * found.value / found.pdf;
+        proposed *= chosen.value / chosen.pdf;
         if bounce >= ROULETTE_FROM {
             // The floor keeps derivatives alive where the value itself has died (a black base).
-            survival = next.max_element().clamp(0.05, SURVIVAL);
+            survival = proposed.max_element().clamp(0.05, SURVIVAL);
             if numbers[3] >= survival {
                 return;
             }
+            proposed /= survival;
         }
-        let weight = 1.0 / (found.pdf * survival);
+        let weight = 1.0 / (chosen.pdf * survival);
         for derivative in carrier.derivatives.iter_mut() {
             *derivative *= found.value * weight;
         }
         if differentiate {
             shader.scatter(&slots, carrier.throughput * weight, carrier.derivatives);
         }
-        carrier.throughput = next / survival;
+        carrier.throughput *= found.value * weight;
         if carrier.throughput == Vec3::ZERO && carrier.derivatives.iter().all(|d| *d == Vec3::ZERO) {
             return;
         }
         let leaving = basis.world(wi);
         ray = surface.ray(leaving, f32::INFINITY);
         hit = world.geometry.closest(&ray);
-        arrival = Some((found.pdf, pick));
+        arrival = Some((chosen.pdf, pick));
     }
 }

@@ -46,6 +46,13 @@ impl Prepared {
     /// A sample that is not finite in radiance or any derivative is counted and adds zero to both.
     #[must_use]
     pub fn render(&self, task: &TileTask<'_>, cancel: &AtomicBool) -> Option<TileFilm> {
+        self.render_along(self, task, cancel)
+    }
+
+    /// As [`Prepared::render`], along the very paths that `proposals` would choose: the estimator whose derivative the
+    /// forward derivatives are. `proposals` must be of the same capture.
+    #[must_use]
+    pub fn render_along(&self, proposals: &Self, task: &TileTask<'_>, cancel: &AtomicBool) -> Option<TileFilm> {
         let pixels: Vec<usize> = task.pixels.indices().collect();
         let channels = 3 * (1 + self.planes());
         let mut film = TileFilm {
@@ -68,7 +75,7 @@ impl Prepared {
                 }
                 let x = task.tile.x + (*index as u32) % task.tile.width;
                 let y = task.tile.y + (*index as u32) / task.tile.width;
-                film.invalid_samples += self.pixel(task, x, y, half, &mut buffers)?;
+                film.invalid_samples += self.pixel(proposals, task, x, y, half, &mut buffers)?;
                 let scale = 1.0 / task.samples.len().max(1) as f32;
                 film.data.extend(buffers.sums.iter().flat_map(|sum| (*sum * scale).to_array()));
             }
@@ -77,16 +84,24 @@ impl Prepared {
     }
 
     /// Sums one pixel's samples into `buffers.sums`; returns how many were not finite.
-    fn pixel(&self, task: &TileTask<'_>, x: u32, y: u32, half: u32, buffers: &mut Buffers) -> Option<u64> {
+    fn pixel(
+        &self,
+        proposals: &Self,
+        task: &TileTask<'_>,
+        x: u32,
+        y: u32,
+        half: u32,
+        buffers: &mut Buffers,
+    ) -> Option<u64> {
         let sampler = PixelSampler::new(task.seed, task.photo, x, y, half);
         let Buffers { path, found, sums } = buffers;
         sums.fill(Vec3::ZERO);
-        let mut invalid = self.sum(task, x, y, &sampler, path, found, sums)?;
+        let mut invalid = self.sum(proposals, task, x, y, &sampler, path, found, sums)?;
         let mut one = [Vec3::ZERO];
         for (plane, [plus, minus], scale) in &self.differences {
             for (scene, sign) in [(plus, *scale), (minus, -*scale)] {
                 one[0] = Vec3::ZERO;
-                invalid += scene.sum(task, x, y, &sampler, &mut [], &mut [], &mut one)?;
+                invalid += scene.sum(proposals, task, x, y, &sampler, &mut [], &mut [], &mut one)?;
                 sums[1 + plane] += one[0] * sign;
             }
         }
@@ -97,6 +112,7 @@ impl Prepared {
     #[allow(clippy::too_many_arguments)]
     fn sum(
         &self,
+        proposals: &Self,
         task: &TileTask<'_>,
         x: u32,
         y: u32,
@@ -106,7 +122,8 @@ impl Prepared {
         sums: &mut [Vec3],
     ) -> Option<u64> {
         let view = self.views.get(task.photo)?;
-        let world = self.world(view);
+        let world = self.world(proposals, view);
+        let same = std::ptr::eq(world.proposals, world.shaders);
         let mut invalid = 0;
         for index in task.samples.clone() {
             let mut numbers = sampler.sample(index);
@@ -115,7 +132,11 @@ impl Prepared {
             let first = self.geometry.closest(&ray);
             found.fill(Vec3::ZERO);
             let mut tally = Tally { radiance: Vec3::ZERO, derivatives: found };
-            trace(&world, ray, first, &mut numbers, path, &mut tally);
+            if same {
+                trace::<true>(&world, ray, first, &mut numbers, path, &mut tally);
+            } else {
+                trace::<false>(&world, ray, first, &mut numbers, path, &mut tally);
+            }
             let radiance = tally.radiance;
             if radiance.is_finite() && found.iter().all(|d| d.is_finite()) {
                 sums[0] += radiance;
@@ -129,8 +150,14 @@ impl Prepared {
         Some(invalid)
     }
 
-    fn world<'a>(&'a self, view: &'a View) -> World<'a> {
-        World { geometry: &self.geometry, shaders: &self.shaders, shader_of: &self.shader_of, lights: &view.lights }
+    fn world<'a>(&'a self, proposals: &'a Self, view: &'a View) -> World<'a> {
+        World {
+            geometry: &self.geometry,
+            shaders: &self.shaders,
+            proposals: &proposals.shaders,
+            shader_of: &self.shader_of,
+            lights: &view.lights,
+        }
     }
 
     /// What the rays through pixel centres hit first: one half of [`FIRST_HIT_CHANNELS`].

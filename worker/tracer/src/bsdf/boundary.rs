@@ -6,6 +6,7 @@
 
 use std::f64::consts::FRAC_1_PI;
 
+use super::aliasing;
 use super::dual::Dual;
 use super::quadrature::{GAUSS, GAUSS_TO_BOTH, GAUSS_TO_ONE, QUARTER_CIRCLE};
 
@@ -85,10 +86,12 @@ impl RoughBoundary {
     ///
     /// Mitsuba 3 takes the plain mean of `2 cos R(cos)` over 64 cosines `0, 1/63, ... 1`. That gives both end points full
     /// weight where the trapezoidal rule gives half, so it is `(63 mean + R(1)) / 64`: about 1.5 % less than the integral,
-    /// and the base of a white part 1 to 2.5 % darker. Its renders are what `plastic` is checked against.
+    /// and the base of a white part 1 to 2.5 % darker; and its rule for R has an error (see [`aliasing`]). Its renders are
+    /// what `plastic` is checked against.
     pub fn mean_reflectance_inside_as_reference(&self) -> Dual {
         let mean = self.mean_reflectance_inside();
-        (mean * (REFERENCE_NODES - 1.0) + self.normal_reflectance_inside()) * (1.0 / REFERENCE_NODES)
+        let exact = (mean * (REFERENCE_NODES - 1.0) + self.normal_reflectance_inside()) * (1.0 / REFERENCE_NODES);
+        exact * aliasing::internal_reflectance_factor(self.alpha.value)
     }
 
     /// Single-scattering reflectance from inside, along the normal.

@@ -7,7 +7,7 @@
 //! | model | file | built from |
 //! | --- | --- | --- |
 //! | `lambert` | [`lambert`] | `warp` |
-//! | `plastic` | [`plastic`] | `microfacet`, `fresnel`, `warp`; `boundary`, `reference` and `table` once per material |
+//! | `plastic` | [`plastic`] | `microfacet`, `fresnel`, `warp`; `boundary`, `reference`, `aliasing` and `table` once per material |
 //! | `conductor` | [`conductor`] | `microfacet`, `fresnel` |
 //!
 //! A new model is a file and a variant of [`Bsdf`]. Nothing here allocates after construction.
@@ -16,6 +16,7 @@ pub mod conductor;
 pub mod lambert;
 pub mod plastic;
 
+mod aliasing;
 mod boundary;
 mod dual;
 mod error;

@@ -17,8 +17,8 @@ const LEAST_LOBE_PROBABILITY: f32 = 0.1;
 /// GGX microfacets over a Lambertian base: Mitsuba 3's `roughplastic` with `nonlinear`.
 ///
 /// The value is `F D G / (4 cos_o cos_i)` plus `T(o) T(i) base_color / (pi ior^2 (1 - base_color F_in))`, with `T` the
-/// boundary's transmittance and `F_in` the mean reflectance that the base sees, here as the reference renderer takes that
-/// mean (see `RoughBoundary::mean_reflectance_inside_as_reference`).
+/// boundary's transmittance and `F_in` the mean reflectance that the base sees, both here as the reference renderer takes
+/// them (see `reference::transmittances`, `RoughBoundary::mean_reflectance_inside_as_reference`).
 ///
 /// Without energy compensation both count one scattering at the boundary, as the reference renderer does, and what would
 /// scatter again is lost: a white base under a white sky shows 0.74 at alpha 0.25 and index 1.5.

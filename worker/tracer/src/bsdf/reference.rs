@@ -72,6 +72,8 @@ pub fn transmittances(alpha: f64, ior: f64) -> [Dual; COSINES] {
         let view = View::new((i as f64 / (COSINES - 1) as f64).max(GRAZING), alpha, ior);
         let mut sums = [[0.0; LANES]; 3];
         for block in nodes {
+            // By index: iterators over the six arrays hide from the compiler that all have one length.
+            #[allow(clippy::needless_range_loop)]
             for lane in 0..LANES {
                 let weight = block.weight[lane];
                 let through = view.transmittance(block.chord[lane], block.drop[lane]);
@@ -148,8 +150,8 @@ impl View {
         let product = to_view * normal * inverse;
         let d_product = (d_to_view * normal + to_view * d_normal) * inverse + to_view * normal * d_inverse;
         let below = root * normal + (self.cos - product) * inverse_ior;
-        let d_below = (d_cos2_t * inverse + cos2_t * d_inverse) * half_root * normal + root * d_normal
-            - d_product * inverse_ior;
+        let d_below =
+            (d_cos2_t * inverse + cos2_t * d_inverse) * half_root * normal + root * d_normal - d_product * inverse_ior;
         let d_ior_below =
             d_ior_cos2_t * inverse * half_root * normal - (self.cos - product) * inverse_ior * inverse_ior;
 

@@ -133,23 +133,6 @@ fn polished_means() {
     assert!((boundary.mean_reflectance_outside().value - 0.0918).abs() < 1e-3);
 }
 
-/// The closed form for the reference renderer's mean against that mean itself.
-#[test]
-fn mean_reflectance_as_reference() {
-    for alpha in [0.04, 0.1, 0.4, 1.0] {
-        for ior in [1.2, 1.5, 2.0] {
-            let mean: f64 = (0..64)
-                .map(|i| {
-                    let cos = (f64::from(i) / 63.0).max(1e-6);
-                    2.0 * cos * brute_force(cos, alpha, 1.0 / ior, 300, 150).1 / 64.0
-                })
-                .sum();
-            let value = RoughBoundary::new(alpha, ior).mean_reflectance_inside_as_reference().value;
-            assert!((value - mean).abs() < 5e-4, "alpha {alpha} ior {ior}: {value}, exactly {mean}");
-        }
-    }
-}
-
 type Quantity = (&'static str, fn(f64, f64) -> Dual);
 
 /// Every dual number's derivatives against central differences of its value.

@@ -10,13 +10,14 @@ type Build = fn(&[Vec3]) -> Bsdf;
 
 /// Compares at random pairs of directions, half of them near the mirror direction, where the lobe lives.
 ///
-/// A step of 0.5 % leaves about 1e-4 of the second-order term and 1e-5 of rounding.
+/// A step of 0.1 % leaves 1e-4 of rounding. A longer one smooths the saw tooth that the reference renderer's rule has over
+/// alpha (see `aliasing`), which the derivatives follow.
 fn check(name: &str, build: Build, parameters: &[Vec3]) {
     let mut random = Random(9);
     let bsdf = build(parameters);
     for (index, slot) in bsdf.slots().iter().enumerate() {
         let (mut upper, mut lower) = (parameters.to_vec(), parameters.to_vec());
-        let step = 0.005 * parameters[index];
+        let step = 0.001 * parameters[index];
         upper[index] += step;
         lower[index] -= step;
         let (above, below) = (build(&upper), build(&lower));

@@ -1,6 +1,7 @@
 //! The reflectance models against independent truth: chi-square statistics for the samplers, fine quadratures written in
 //! other coordinates for the integrals, central differences for the derivatives, another renderer for the values.
 
+mod aliasing;
 mod boundary;
 mod chi_square;
 mod derivatives;

@@ -61,7 +61,10 @@ impl Coordinator {
     ///
     /// # Errors
     /// A request that breaks the protocol.
-    pub fn evaluate(&self, request: wire::EvaluationRequest) -> Result<ReceiverStream<wire::EvaluationEvent>, WireError> {
+    pub fn evaluate(
+        &self,
+        request: wire::EvaluationRequest,
+    ) -> Result<ReceiverStream<wire::EvaluationEvent>, WireError> {
         let (digest, request) = request_from_wire(request)?;
         Ok(evaluation::evaluate(self.clone(), digest, request))
     }

@@ -26,7 +26,8 @@ async fn main() -> anyhow::Result<()> {
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
     let blobs = Blobs::open(&arguments.store)?;
     let listener = TcpListener::bind(&arguments.listen).await;
-    let listener = listener.with_context(|| format!("cannot listen on {}; choose another --listen", arguments.listen))?;
+    let listener =
+        listener.with_context(|| format!("cannot listen on {}; choose another --listen", arguments.listen))?;
     println!("listening on http://{}", listener.local_addr()?);
     let coordinator = Coordinator::new(blobs, broker::LEASE);
     let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;

@@ -91,7 +91,10 @@ impl Farm for Service {
         Ok(Response::new(digests_to_wire(&missing)))
     }
 
-    async fn put_blob(&self, request: Request<Streaming<wire::BlobChunk>>) -> Result<Response<wire::BlobReceipt>, Status> {
+    async fn put_blob(
+        &self,
+        request: Request<Streaming<wire::BlobChunk>>,
+    ) -> Result<Response<wire::BlobReceipt>, Status> {
         let _turn = self.coordinator.uploads.acquire().await.map_err(|e| Status::unavailable(e.to_string()))?;
         let mut chunks = request.into_inner();
         let mut assembly = BlobAssembly::default();

@@ -2,7 +2,7 @@
 
 use gonio_proto::convert::film::FilmShape;
 use gonio_proto::limits;
-use gonio_scene::film::{FIRST_HIT_CHANNELS, PixelSet, Tile};
+use gonio_scene::film::{FIRST_HIT_CHANNELS, PixelSet, TILE, Tile};
 use gonio_scene::{Output, Photograph};
 use std::ops::Range;
 
@@ -70,29 +70,38 @@ impl Split {
             let per_pixel = 4 * if first_hits { channels as u64 } else { 3 };
             let bytes: u64 = photos.iter().map(|p| u64::from(p.width) * u64::from(p.height) * per_pixel).sum();
             if bytes > MOST_FILM_BYTES {
-                let text = format!("the films have {bytes} bytes, the limit is {MOST_FILM_BYTES}; ask for fewer photos at a time");
+                let text = format!(
+                    "the films have {bytes} bytes, the limit is {MOST_FILM_BYTES}; ask for fewer photos at a time"
+                );
                 return Err(text);
             }
         }
+        let cover = |p: &PhotoArea<'_>| p.width.div_ceil(TILE) as usize * p.height.div_ceil(TILE) as usize;
+        let most: usize = photos.iter().map(cover).sum();
+        if most > MOST_TILES {
+            return Err(format!("there are {most} tiles, the limit is {MOST_TILES}; ask for fewer photos at a time"));
+        }
         let mut tiles = Vec::new();
+        let full = PixelSet::from_flags([true; (TILE * TILE) as usize]);
         for (photo, area) in photos.iter().enumerate() {
             for tile in Tile::cover(area.width, area.height) {
                 let pixels = match area.counted {
                     Some(photograph) => counted(photograph, tile),
+                    None if tile.len() == (TILE * TILE) as usize => full.clone(),
                     None => PixelSet::from_flags(std::iter::repeat_n(true, tile.len())),
                 };
-                if pixels.count() == 0 {
-                    continue;
+                if pixels.indices().next().is_some() {
+                    tiles.push(TileWork { photo, tile, pixels });
                 }
-                if tiles.len() == MOST_TILES {
-                    return Err(format!("there are more than {MOST_TILES} tiles; ask for fewer photos at a time"));
-                }
-                tiles.push(TileWork { photo, tile, pixels });
             }
         }
         let split = Self { tiles, samples: if first_hits { 0 } else { samples / 2 }, channels };
         if split.tasks() > limits::TASKS {
-            let text = format!("there are {} tasks, the limit is {}; ask for fewer samples or photos", split.tasks(), limits::TASKS);
+            let text = format!(
+                "there are {} tasks, the limit is {}; ask for fewer samples or photos",
+                split.tasks(),
+                limits::TASKS
+            );
             return Err(text);
         }
         Ok(split)
@@ -195,7 +204,7 @@ mod tests {
     fn what_no_coordinator_can_hold_is_refused() {
         let many = vec![area(16384, 16384); 100];
         assert!(Split::new(&many, 2, Output::Films, 0).unwrap_err().contains("fewer photos"));
-        assert!(Split::new(&many, 2, Output::Statistics, 0).unwrap_err().contains("more than 4194304 tiles"));
-        assert!(Split::new(&[area(16384, 16384)], 10_000_000, Output::Statistics, 0).unwrap_err().contains("tasks"));
+        assert!(Split::new(&many, 2, Output::Statistics, 0).unwrap_err().contains("the limit is 4194304"));
+        assert!(Split::new(&[area(1024, 1024)], 10_000_000, Output::Statistics, 0).unwrap_err().contains("tasks"));
     }
 }

@@ -95,7 +95,10 @@ impl Active {
     pub fn describe(&self, task: u64) -> String {
         match self.part(task).map(|part| (&self.split.tiles[part.tile], part.chunk)) {
             Some((work, chunk)) => {
-                format!("task {task} (photo {}, tile at {}, {}, chunk {chunk})", self.photos[work.photo], work.tile.x, work.tile.y)
+                format!(
+                    "task {task} (photo {}, tile at {}, {}, chunk {chunk})",
+                    self.photos[work.photo], work.tile.x, work.tile.y
+                )
             }
             None => format!("task {task}"),
         }

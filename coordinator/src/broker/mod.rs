@@ -87,7 +87,8 @@ impl Broker {
         state.hungry.remove(&worker);
         let Some(gone) = state.workers.remove(&worker) else { return };
         state.counters.workers_gone += 1;
-        let returned = end_leases(&mut state, &format!("its worker {} is gone", gone.hello.name), |l| l.worker == worker);
+        let returned =
+            end_leases(&mut state, &format!("its worker {} is gone", gone.hello.name), |l| l.worker == worker);
         tracing::info!(worker, name = gone.hello.name, returned, "worker gone");
         state.dispatch();
     }
@@ -215,7 +216,8 @@ impl Broker {
     #[must_use]
     pub fn progress(&self, evaluation: u64) -> Progress {
         let state = self.state();
-        let mut progress = Progress { workers: u32::try_from(state.workers.len()).unwrap_or(u32::MAX), ..Progress::default() };
+        let mut progress =
+            Progress { workers: u32::try_from(state.workers.len()).unwrap_or(u32::MAX), ..Progress::default() };
         if let Some(entry) = state.evaluations.get(&evaluation) {
             (progress.tasks_done, progress.tasks) = entry.tasks.done();
             progress.primary_samples = entry.camera_samples;
@@ -267,4 +269,3 @@ fn give_back(state: &mut State, (evaluation, task, attempt, worker): (u64, u64, 
         entry.active.end(Err(Failure::of_farm(text)));
     }
 }
-

@@ -133,7 +133,11 @@ impl Films {
             Message::Released(released) => {
                 let id = AttemptId::from_wire("Released.id", released.id)?;
                 self.open.remove(&id);
-                broker.release(worker, id, if released.text.is_empty() { "its worker stopped" } else { &released.text });
+                broker.release(
+                    worker,
+                    id,
+                    if released.text.is_empty() { "its worker stopped" } else { &released.text },
+                );
             }
         }
         Ok(())

@@ -101,7 +101,8 @@ impl State {
 
     /// Leases the next task of an evaluation to a worker with credits.
     fn grant(&mut self, worker_id: u64, evaluation: u64) {
-        let (Some(worker), Some(entry)) = (self.workers.get_mut(&worker_id), self.evaluations.get_mut(&evaluation)) else {
+        let (Some(worker), Some(entry)) = (self.workers.get_mut(&worker_id), self.evaluations.get_mut(&evaluation))
+        else {
             self.hungry.remove(&worker_id);
             return;
         };

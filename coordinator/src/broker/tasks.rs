@@ -166,7 +166,8 @@ mod tests {
         let start = Instant::now();
         let until = |worker, seconds| Lease { worker, expires: start + Duration::from_secs(seconds) };
         tasks.take(until(1, 10));
-        let expired = |tasks: &Tasks, seconds| !tasks.leased(|l| l.expires <= start + Duration::from_secs(seconds)).is_empty();
+        let expired =
+            |tasks: &Tasks, seconds| !tasks.leased(|l| l.expires <= start + Duration::from_secs(seconds)).is_empty();
         tasks.renew(0, 0, until(2, 99));
         assert!(expired(&tasks, 10));
         tasks.renew(0, 0, until(1, 20));

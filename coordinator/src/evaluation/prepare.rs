@@ -51,12 +51,24 @@ pub async fn prepare(
             let photo = &capture.photos[*index];
             let camera = capture.camera_of(photo);
             if camera.width.max(camera.height) > MAX_SIDE {
-                let text = format!("photo {}: has {}x{} pixels, at most {MAX_SIDE} a side", photo.name(), camera.width, camera.height);
+                let text = format!(
+                    "photo {}: has {}x{} pixels, at most {MAX_SIDE} a side",
+                    photo.name(),
+                    camera.width,
+                    camera.height
+                );
                 return Err(Failure::of_request(text));
             }
             let peak = photograph.as_deref().map_or(0.0, peak);
             let recipe = Recipe::new(&plan, *index, photo.factor());
-            photos.push(ReducedPhoto { index: *index, width: camera.width, height: camera.height, recipe, photograph, peak });
+            photos.push(ReducedPhoto {
+                index: *index,
+                width: camera.width,
+                height: camera.height,
+                recipe,
+                photograph,
+                peak,
+            });
         }
         let only_counted = request.output == Output::Statistics;
         let areas: Vec<_> = photos.iter().map(|photo| area(photo, only_counted)).collect();

@@ -56,8 +56,7 @@ impl From<Event> for wire::EvaluationEvent {
             Event::Film(chunk) => Message::Film(chunk),
             Event::Finished(primary_samples) => Message::Finished(wire::Finished { primary_samples }),
             Event::Failed { request_at_fault, text: reason } => {
-                let fault =
-                    if request_at_fault { wire::failed::Fault::Request } else { wire::failed::Fault::Farm };
+                let fault = if request_at_fault { wire::failed::Fault::Request } else { wire::failed::Fault::Farm };
                 Message::Failed(wire::Failed { fault: fault.into(), text: text(&reason) })
             }
         };
@@ -227,7 +226,8 @@ mod tests {
             let mut all = chunks(&film(0, 500, 300));
             change(&mut all);
             let mut collector = FilmCollector::default();
-            let error = all.into_iter().try_for_each(|c| collector.add(c)).and_then(|()| collector.finish().map(|_| ()));
+            let error =
+                all.into_iter().try_for_each(|c| collector.add(c)).and_then(|()| collector.finish().map(|_| ()));
             let error = error.unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");
         };
@@ -262,15 +262,10 @@ mod tests {
 
     #[test]
     fn events_survive_the_wire() {
-        let progress = Progress {
-            tasks_done: 1,
-            tasks: 2,
-            primary_samples: 3,
-            loss: -0.5,
-            loss_standard_error: 0.25,
-            workers: 4,
-        };
-        let statistics = PhotoStatistics { photo: 7, gram: vec![2.0], observations: 9, peak: 3.0, ..Default::default() };
+        let progress =
+            Progress { tasks_done: 1, tasks: 2, primary_samples: 3, loss: -0.5, loss_standard_error: 0.25, workers: 4 };
+        let statistics =
+            PhotoStatistics { photo: 7, gram: vec![2.0], observations: 9, peak: 3.0, ..Default::default() };
         for event in [
             Event::Accepted(3),
             Event::Progress(progress),

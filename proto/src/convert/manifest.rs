@@ -74,8 +74,9 @@ impl Manifest {
 pub struct Packed {
     /// What it consists of.
     pub manifest: Manifest,
-    /// Photographs and masks that cannot be read, and why. A capture renders without them, but cannot be compared.
-    pub absent: BTreeMap<String, SceneError>,
+    /// Indices of the photos whose file or mask cannot be read, and why. A capture renders without them, but cannot be
+    /// compared.
+    pub absent: BTreeMap<usize, SceneError>,
 }
 
 /// Reads every file of a capture once and lists them by digest; keeps none in memory.
@@ -85,25 +86,109 @@ pub struct Packed {
 pub fn pack(files: &dyn Files) -> gonio_scene::Result<Packed> {
     let toml = Bytes::from_owner(files.read(CAPTURE_FILE)?);
     let capture = Capture::read(files)?;
-    let mut packed = Packed { manifest: Manifest { toml, files: BTreeMap::new() }, absent: BTreeMap::new() };
-    let meshes: BTreeSet<&str> = capture.objects.iter().map(|object| object.mesh.as_str()).collect();
-    let rendered: BTreeSet<String> = Assets::paths(&capture, false).into_iter().collect();
-    for path in Assets::paths(&capture, true) {
-        match files.read(&path) {
-            Ok(bytes) => {
-                if meshes.contains(path.as_str()) {
-                    for dependency in mesh::dependencies(&path, &bytes)? {
-                        let bytes = files.read(&dependency)?;
-                        packed.manifest.files.insert(dependency, (Digest::of(&bytes), bytes.len() as u64));
-                    }
-                }
-                packed.manifest.files.insert(path, (Digest::of(&bytes), bytes.len() as u64));
-            }
-            Err(error) if rendered.contains(&path) => return Err(error),
-            Err(error) => {
-                packed.absent.insert(path, error);
-            }
+    let mut listed = BTreeMap::new();
+    let mut add = |path: &str| -> gonio_scene::Result<()> {
+        if !listed.contains_key(path) {
+            let bytes = files.read(path)?;
+            listed.insert(path.to_owned(), (Digest::of(&bytes), bytes.len() as u64));
+        }
+        Ok(())
+    };
+    for path in Assets::paths(&capture, false) {
+        add(&path)?;
+    }
+    for object in &capture.objects {
+        for dependency in mesh::dependencies(&object.mesh, &files.read(&object.mesh)?)? {
+            add(&dependency)?;
         }
     }
-    Ok(packed)
+    let mut absent = BTreeMap::new();
+    for (index, photo) in capture.photos.iter().enumerate() {
+        let paths = [Some(&photo.file), photo.mask.as_ref()];
+        if let Err(error) = paths.into_iter().flatten().try_for_each(|path| add(path)) {
+            absent.insert(index, error);
+        }
+    }
+    Ok(Packed { manifest: Manifest { toml, files: listed }, absent })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gonio_scene::files::MemoryFiles;
+    use std::sync::Arc;
+
+    const TOML: &str = r#"
+        format = 1
+        name = "two"
+        camera = { width = 4, height = 4, fx = 4.0, fy = 4.0, cx = 2.0, cy = 2.0 }
+        [[material]]
+        name = "m"
+        model = "lambert"
+        base_color = [0.5, 0.5, 0.5]
+        [[object]]
+        name = "o"
+        mesh = "part.gltf"
+        material = "m"
+        [[light]]
+        name = "sky"
+        kind = "environment"
+        map = "sky.hdr"
+        [[photo]]
+        file = "photos/00.exr"
+        camera_to_world = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+        [[photo]]
+        file = "photos/01.exr"
+        mask = "mask.png"
+        camera_to_world = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    "#;
+
+    fn files(with: &[&str]) -> MemoryFiles {
+        let gltf = r#"{"asset": {"version": "2.0"}, "buffers": [{"uri": "part.bin", "byteLength": 36}]}"#;
+        let all =
+            [(CAPTURE_FILE, TOML), ("part.gltf", gltf), ("part.bin", "b"), ("sky.hdr", "s"), ("photos/00.exr", "0")];
+        let all = all.into_iter().chain([("photos/01.exr", "1"), ("mask.png", "m")]);
+        let kept = all.filter(|(path, _)| with.is_empty() || with.contains(path));
+        MemoryFiles(kept.map(|(path, text)| (path.to_owned(), Arc::from(text.as_bytes()))).collect())
+    }
+
+    #[test]
+    fn a_capture_is_packed_with_everything_it_names() {
+        let packed = pack(&files(&[])).unwrap();
+        assert!(packed.absent.is_empty());
+        let paths: Vec<&str> = packed.manifest.files.keys().map(String::as_str).collect();
+        assert_eq!(paths, ["mask.png", "part.bin", "part.gltf", "photos/00.exr", "photos/01.exr", "sky.hdr"]);
+        assert_eq!(packed.manifest.files["mask.png"], (Digest::of(b"m"), 1));
+        let capture = Capture::parse(TOML).unwrap();
+        let rendered: Vec<&str> = packed.manifest.rendered_files(&capture).into_iter().map(|f| f.0).collect();
+        assert_eq!(rendered, ["part.bin", "part.gltf", "sky.hdr"]);
+        let blob = packed.manifest.to_blob();
+        assert_eq!(blob, pack(&files(&[])).unwrap().manifest.to_blob());
+        assert_eq!(Manifest::from_blob(blob).unwrap(), packed.manifest);
+    }
+
+    #[test]
+    fn a_capture_without_photographs_can_travel_and_one_without_meshes_cannot() {
+        let packed = pack(&files(&[CAPTURE_FILE, "part.gltf", "part.bin", "sky.hdr", "photos/01.exr"])).unwrap();
+        let absent: Vec<_> = packed.absent.iter().map(|(index, error)| (*index, error.file.as_str())).collect();
+        assert_eq!(absent, [(0, "photos/00.exr"), (1, "mask.png")]);
+        assert_eq!(pack(&files(&[CAPTURE_FILE, "part.gltf", "sky.hdr"])).unwrap_err().file, "part.bin");
+    }
+
+    #[test]
+    fn broken_manifests_are_refused() {
+        let good = pack(&files(&[])).unwrap().manifest.to_blob();
+        let broken = |change: &dyn Fn(&mut wire::CaptureManifest), expected: &str| {
+            let mut manifest = wire::CaptureManifest::decode(good.clone()).unwrap();
+            change(&mut manifest);
+            let error = Manifest::from_blob(manifest.encode_to_vec().into()).unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        };
+        broken(&|m| m.files[0].digest = Bytes::from_static(b"short"), "a digest has 32");
+        broken(&|m| m.files[0].size_bytes = u64::MAX, "the limit is");
+        broken(&|m| m.files[1].path = m.files[0].path.clone(), "is there twice");
+        broken(&|m| m.files[1].path.clear(), "must have 1 to");
+        broken(&|m| m.files = vec![m.files[0].clone(); limits::FILES + 1], "the limit is 10000");
+        assert!(Manifest::from_blob(good.slice(..good.len() - 1)).unwrap_err().to_string().contains("is none"));
+    }
 }

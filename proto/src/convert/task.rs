@@ -181,7 +181,8 @@ impl TryFrom<wire::Task> for Task {
             return Err(WireError::new("Task.pixels", "wants no pixel"));
         }
         if task.first_sample > task.end_sample || task.end_sample > limits::SAMPLES {
-            let problem = format!("are {}..{}, must ascend to at most {}", task.first_sample, task.end_sample, limits::SAMPLES);
+            let problem =
+                format!("are {}..{}, must ascend to at most {}", task.first_sample, task.end_sample, limits::SAMPLES);
             return Err(WireError::new("Task samples", problem));
         }
         Ok(Self {

@@ -1,0 +1,82 @@
+//! How a client's calls reach a coordinator.
+
+use futures::StreamExt;
+use futures::future::BoxFuture;
+use futures::stream::BoxStream;
+use gonio_coordinator::Coordinator;
+use gonio_coordinator::store::Blobs;
+use gonio_proto::convert::digest::{blob_chunks, digests_from_wire, digests_to_wire};
+use gonio_proto::wire::farm_client::FarmClient;
+use gonio_proto::{Digest, limits, wire};
+use gonio_worker::pull::Link as WorkerLink;
+use gonio_worker::{BlobSource, Worker};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::mpsc;
+use tokio_stream::wrappers::ReceiverStream;
+use tonic::Status;
+use tonic::transport::Channel;
+
+/// What an evaluation streams back.
+pub(super) type Events = BoxStream<'static, Result<wire::EvaluationEvent, Status>>;
+
+/// A coordinator in this process or in another.
+pub(super) enum Link {
+    /// Called directly; its messages are never encoded.
+    Embedded(Coordinator),
+    /// Called by gRPC.
+    Remote(FarmClient<Channel>),
+}
+
+impl Link {
+    pub async fn missing(&self, digests: &[Digest]) -> Result<Vec<Digest>, Status> {
+        match self {
+            Self::Embedded(coordinator) => Ok(coordinator.missing_blobs(digests.to_vec()).await?),
+            Self::Remote(client) => {
+                let missing = client.clone().missing_blobs(digests_to_wire(digests)).await?;
+                Ok(digests_from_wire(missing.get_ref())?)
+            }
+        }
+    }
+
+    pub async fn put(&self, digest: Digest, blob: bytes::Bytes) -> Result<(), Status> {
+        match self {
+            Self::Embedded(coordinator) => {
+                coordinator.blobs.put(digest, blob).await?;
+            }
+            Self::Remote(client) => {
+                client.clone().put_blob(futures::stream::iter(blob_chunks(digest, blob))).await?;
+            }
+        }
+        Ok(())
+    }
+
+    pub async fn evaluate(&self, request: wire::EvaluationRequest) -> Result<Events, Status> {
+        match self {
+            Self::Embedded(coordinator) => Ok(coordinator.evaluate(request)?.map(Ok).boxed()),
+            Self::Remote(client) => Ok(client.clone().evaluate(request).await?.into_inner().boxed()),
+        }
+    }
+}
+
+/// The embedded worker's files: the embedded coordinator's.
+struct StoredBlobs(Blobs);
+
+impl BlobSource for StoredBlobs {
+    fn get(&self, digest: Digest) -> BoxFuture<'_, Result<bytes::Bytes, String>> {
+        Box::pin(async move { self.0.get(digest, limits::BLOB_BYTES).await.map_err(|error| error.to_string()) })
+    }
+}
+
+/// Works for an embedded coordinator, for as long as its runtime lives.
+pub(super) async fn work_embedded(worker: Worker, coordinator: Coordinator) {
+    loop {
+        let (outbound, receiver) = mpsc::channel(2 * worker.slots() as usize);
+        let inbound = coordinator.work(ReceiverStream::new(receiver).map(Ok)).boxed();
+        let blobs = Arc::new(StoredBlobs(coordinator.blobs.clone()));
+        if let Err(error) = worker.serve(WorkerLink { outbound, inbound, blobs }, std::future::pending()).await {
+            tracing::error!(%error, "the embedded worker starts again");
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The farm as a client sees it: in this process or behind a URL, by the same messages, broker and commit path.
+
+mod link;
+mod open;
+
+pub use open::OpenCapture;
+
+use gonio_coordinator::store::Blobs;
+use gonio_coordinator::{Coordinator, broker};
+use gonio_proto::convert::manifest::pack;
+use gonio_proto::{Digest, limits};
+use gonio_scene::SceneError;
+use gonio_scene::files::Files;
+use gonio_worker::Worker;
+use gonio_worker::remote::farm_client;
+use gonio_worker::renderer::{PathTracer, Renderer};
+use link::Link;
+use std::sync::Arc;
+use tokio::runtime::Runtime;
+use tonic::Status;
+
+/// Why there is no farm, or why a capture cannot be sent to it.
+#[derive(Debug, thiserror::Error)]
+pub enum FarmError {
+    /// Threads could not be started.
+    #[error("cannot start the render threads: {0}; ask for fewer with --threads")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// The runtime could not be started.
+    #[error("cannot start: {0}")]
+    Runtime(#[from] std::io::Error),
+    /// The address is none.
+    #[error("--farm: no usable address ({0}); write http://HOST:PORT")]
+    Address(#[from] tonic::transport::Error),
+    /// The capture is at fault.
+    #[error(transparent)]
+    Capture(#[from] SceneError),
+    /// A file changed between being listed and being sent.
+    #[error("{0}: changed while it was being sent; try again when nobody writes to it")]
+    Changed(String),
+    /// The farm refuses or cannot be reached.
+    #[error("the farm: {}", gonio_worker::remote::text(.0))]
+    Farm(#[from] Status),
+}
+
+/// A farm. Clones share it.
+#[derive(Clone)]
+pub struct Farm {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    /// Runs the messages. Dropped with the last clone, it waits for what is being reduced, not for what is being rendered.
+    runtime: Runtime,
+    link: Link,
+}
+
+impl Farm {
+    /// A farm inside this process, of `threads` render threads (0: one per core).
+    ///
+    /// # Errors
+    /// The threads cannot be started.
+    pub fn embedded(threads: usize) -> Result<Self, FarmError> {
+        Self::embedded_with(threads, Arc::new(PathTracer))
+    }
+
+    /// An embedded farm that renders with something else than the path tracer.
+    ///
+    /// # Errors
+    /// The threads cannot be started.
+    pub fn embedded_with(threads: usize, renderer: Arc<dyn Renderer>) -> Result<Self, FarmError> {
+        let runtime = runtime()?;
+        let worker = Worker::new("embedded", threads, renderer)?;
+        let coordinator = {
+            let _inside = runtime.enter();
+            Coordinator::new(Blobs::in_memory(), broker::LEASE)
+        };
+        runtime.spawn(link::work_embedded(worker, coordinator.clone()));
+        Ok(Self { shared: Arc::new(Shared { runtime, link: Link::Embedded(coordinator) }) })
+    }
+
+    /// The farm whose coordinator listens at `url`.
+    ///
+    /// # Errors
+    /// No URL, or nobody answers there.
+    pub fn connect(url: &str) -> Result<Self, FarmError> {
+        let runtime = runtime()?;
+        let link = {
+            let _inside = runtime.enter();
+            Link::Remote(farm_client(url)?)
+        };
+        let farm = Self { shared: Arc::new(Shared { runtime, link }) };
+        farm.block_on(farm.shared.link.missing(&[]))?;
+        Ok(farm)
+    }
+
+    /// Sends what the farm does not have yet of a capture. Each file travels once, however often it is opened.
+    ///
+    /// # Errors
+    /// A capture that is broken or cannot be read; a farm that cannot be reached.
+    pub fn open(&self, files: &dyn Files) -> Result<OpenCapture, FarmError> {
+        let packed = pack(files)?;
+        let manifest = packed.manifest.to_blob();
+        let capture = Digest::of(&manifest);
+        let mut by_digest: Vec<(Digest, &str)> =
+            packed.manifest.files.iter().map(|(path, (digest, _))| (*digest, path.as_str())).collect();
+        by_digest.sort_unstable();
+        by_digest.dedup_by_key(|(digest, _)| *digest);
+        let digests: Vec<Digest> = by_digest.iter().map(|(digest, _)| *digest).collect();
+        for digests in digests.chunks(limits::DIGESTS) {
+            for digest in self.block_on(self.shared.link.missing(digests))? {
+                let Ok(found) = by_digest.binary_search_by_key(&digest, |(digest, _)| *digest) else { continue };
+                let path = by_digest[found].1;
+                let bytes = files.read(path)?;
+                if Digest::of(&bytes) != digest {
+                    return Err(FarmError::Changed(path.to_owned()));
+                }
+                self.block_on(self.shared.link.put(digest, bytes::Bytes::from_owner(bytes)))?;
+            }
+        }
+        // Last, so that a capture that is there is there with all its files.
+        self.block_on(self.shared.link.put(capture, manifest))?;
+        Ok(OpenCapture::new(self.clone(), capture, packed.absent))
+    }
+
+    fn block_on<T>(&self, future: impl Future<Output = T>) -> T {
+        self.shared.runtime.block_on(future)
+    }
+}
+
+fn runtime() -> std::io::Result<Runtime> {
+    tokio::runtime::Builder::new_multi_thread().worker_threads(2).thread_name("farm").enable_all().build()
+}

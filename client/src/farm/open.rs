@@ -1,0 +1,121 @@
+//! A capture that a farm has, ready to be evaluated.
+
+use super::Farm;
+use super::link::Events;
+use futures::StreamExt;
+use gonio_fit::evaluate::{Evaluate, EvaluateError, Watch};
+use gonio_proto::convert::event::{Event, FilmCollector};
+use gonio_proto::convert::request::{request_from_wire, request_to_wire};
+use gonio_proto::{Digest, WireError};
+use gonio_scene::{Evaluation, EvaluationRequest, Progress, SceneError};
+use std::collections::BTreeMap;
+use std::time::Duration;
+use tonic::{Code, Status};
+
+/// How often the watcher is asked whether to go on.
+const WATCH: Duration = Duration::from_millis(100);
+
+/// A capture that a farm has. Its evaluations block the calling thread, which must not be a tokio runtime's.
+pub struct OpenCapture {
+    farm: Farm,
+    digest: Digest,
+    /// Photos that cannot be compared with, by index, and why.
+    absent: BTreeMap<usize, SceneError>,
+}
+
+impl OpenCapture {
+    pub(super) fn new(farm: Farm, digest: Digest, absent: BTreeMap<usize, SceneError>) -> Self {
+        Self { farm, digest, absent }
+    }
+
+    /// The capture's digest: equal for equal files.
+    #[must_use]
+    pub fn digest(&self) -> Digest {
+        self.digest
+    }
+}
+
+impl Evaluate for OpenCapture {
+    fn evaluate(&mut self, request: &EvaluationRequest, watch: &mut Watch<'_>) -> Result<Evaluation, EvaluateError> {
+        if request.output.compares()
+            && let Some(error) = request.photos.iter().find_map(|photo| self.absent.get(photo))
+        {
+            return Err(EvaluateError::Refused(error.to_string()));
+        }
+        let message = request_to_wire(self.digest, request);
+        // What the coordinator would refuse is refused here: both check by the same code.
+        request_from_wire(message.clone()).map_err(|error| EvaluateError::Refused(error.to_string()))?;
+        self.farm.block_on(async {
+            let events = self.farm.shared.link.evaluate(message).await.map_err(|status| of_status(&status))?;
+            follow(events, request, watch).await
+        })
+    }
+}
+
+/// Collects an evaluation's events to its end. Returning early drops the stream, which cancels the evaluation.
+async fn follow(
+    mut events: Events,
+    request: &EvaluationRequest,
+    watch: &mut Watch<'_>,
+) -> Result<Evaluation, EvaluateError> {
+    let mut evaluation = Evaluation::default();
+    let mut films = FilmCollector::default();
+    let mut progress = Progress::default();
+    let mut ticks = tokio::time::interval(WATCH);
+    ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+    loop {
+        let event = tokio::select! {
+            event = events.next() => event,
+            _ = ticks.tick() => {
+                if watch(&progress).is_break() {
+                    return Err(EvaluateError::Cancelled);
+                }
+                continue;
+            }
+        };
+        let event = event.ok_or_else(|| EvaluateError::Farm("the answer ended early".to_owned()))?;
+        let event = event.map_err(|status| of_status(&status))?;
+        match Event::try_from(event).map_err(broken)? {
+            Event::Accepted(number) => tracing::debug!(evaluation = number, "accepted"),
+            Event::Progress(now) => progress = now,
+            Event::Statistics(statistics) => evaluation.photos.push(statistics),
+            Event::Film(chunk) => films.add(chunk).map_err(broken)?,
+            Event::Failed { request_at_fault: true, text } => return Err(EvaluateError::Refused(text)),
+            Event::Failed { request_at_fault: false, text } => return Err(EvaluateError::Farm(text)),
+            Event::Finished(primary_samples) => {
+                // The last word on progress, also for what took less than a tick; it is too late to break.
+                let _ = watch(&progress);
+                evaluation.primary_samples = primary_samples;
+                evaluation.films = films.finish().map_err(broken)?;
+                return check(evaluation, request);
+            }
+        }
+    }
+}
+
+/// That the answer is one to this request.
+fn check(evaluation: Evaluation, request: &EvaluationRequest) -> Result<Evaluation, EvaluateError> {
+    let side = 1 + request.columns.len();
+    let compared = if request.output.compares() { request.photos.as_slice() } else { &[] };
+    let filmed = if request.output.has_films() { request.photos.as_slice() } else { &[] };
+    let statistics_fit = evaluation.photos.iter().map(|s| s.photo).eq(compared.iter().copied())
+        && evaluation.photos.iter().all(|s| s.gram.len() == side * side);
+    if statistics_fit && evaluation.films.iter().map(|f| f.photo).eq(filmed.iter().copied()) {
+        return Ok(evaluation);
+    }
+    Err(EvaluateError::Farm("the answer is not one to this request".to_owned()))
+}
+
+fn broken(error: WireError) -> EvaluateError {
+    EvaluateError::Farm(format!("the coordinator broke the protocol: {error}"))
+}
+
+fn of_status(status: &Status) -> EvaluateError {
+    let text = gonio_worker::remote::text(status);
+    match status.code() {
+        Code::InvalidArgument | Code::NotFound | Code::FailedPrecondition | Code::ResourceExhausted => {
+            EvaluateError::Refused(text)
+        }
+        _ => EvaluateError::Farm(text),
+    }
+}

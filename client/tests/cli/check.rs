@@ -1,0 +1,65 @@
+//! `gonio check`.
+
+use crate::fixture::{capture_file, edit, gonio, gray, json, succeeds};
+use serde_json::Value;
+
+#[test]
+fn summarises_what_is_there() {
+    let top = gray();
+    let result = json(&succeeds(top.path(), &["check", "capture", "--json", "--names"]));
+    assert_eq!(result["warnings"], Value::Array(vec![]), "{result:#}");
+    let photos = result["photos"].as_array().unwrap();
+    assert_eq!(photos.len(), 4);
+    assert_eq!((&photos[3]["role"], &photos[0]["counted"]), (&"held-out".into(), &(32 * 24).into()));
+    assert_eq!(photos[0]["mean"][0], 0.25);
+    assert_eq!((&result["objects"][0]["name"], &result["objects"][0]["photos"]), (&"ball".into(), &4.into()));
+    assert_eq!(result["lights"][0]["kind"], "point");
+    assert_eq!(result["parameters"].as_array().unwrap().len(), 5);
+    let names = result["numbers"].as_array().unwrap();
+    assert!(names.iter().any(|n| n["name"] == "material.shell.ior" && n["min"] == 1.0 && n["max"] == 4.0));
+    let text = succeeds(top.path(), &["check", "capture/capture.toml"]);
+    assert!(text.contains("ball") && text.ends_with("valid, with 0 warnings\n"), "{text}");
+}
+
+#[test]
+fn tells_all_errors_at_once() {
+    let top = gray();
+    let root = top.path().join("capture");
+    std::fs::remove_file(root.join("ball.ply")).unwrap();
+    std::fs::write(root.join("board.ply"), "ply\n").unwrap();
+    std::fs::write(root.join("photos/01.exr"), "x").unwrap();
+    std::fs::remove_file(root.join("photos/02.exr")).unwrap();
+    let output = gonio(top.path(), &["check", "capture"]);
+    assert_eq!(output.status.code(), Some(2));
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    for file in ["ball.ply", "board.ply", "photos/01.exr", "photos/02.exr"] {
+        assert_eq!(stderr.lines().filter(|l| l.starts_with(&format!("error: {file}: "))).count(), 1, "{file}: {stderr}");
+    }
+    let result = gonio(top.path(), &["check", "capture", "--json"]);
+    assert_eq!(result.status.code(), Some(2));
+    let result = json(&String::from_utf8(result.stdout).unwrap());
+    assert_eq!(result["valid"], false);
+    assert_eq!(result["errors"].as_array().unwrap().len(), 4);
+    assert_eq!(result["photos"].as_array().unwrap().len(), 2);
+}
+
+/// An edit of the capture, and a part of the warning that it must bring.
+const MISTAKES: [(&str, &str, &str); 7] = [
+    ("[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]", "[[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]", "turns its back"),
+    ("[0, 0, 1, 0.05]", "[0, 0, 1, 50.0]", "no photo has it in view"),
+    ("[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.05]", "[[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.05]", "mirrors"),
+    ("file = \"photos/01.exr\"", "file = \"photos/01.exr\"\nexposure = 1e-4", "is the exposure right"),
+    ("file = \"photos/01.exr\"", "file = \"photos/01.exr\"\nlights = []", "no light is on"),
+    ("role = \"fit\"", "role = \"held-out\"", "every photo is held out"),
+    ("roughness = 0.5", "roughness = 0.0", "at its bound 0"),
+];
+
+#[test]
+fn warns_of_likely_mistakes() {
+    for (from, to, warning) in MISTAKES {
+        let top = gray();
+        edit(&capture_file(&top), from, to);
+        let text = succeeds(top.path(), &["check", "capture"]);
+        assert!(text.lines().any(|line| line.starts_with("warning: ") && line.contains(warning)), "{warning}: {text}");
+    }
+}

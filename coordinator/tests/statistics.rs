@@ -1,0 +1,237 @@
+//! The comparison of films with photographs, against truths that do not share its code: a naive evaluation of the same
+//! formulas, and simulated noise whose expectations are known.
+//!
+//! The simulations draw Gaussian noise from a counted generator, so they give the same numbers in every run; their
+//! tolerances are about four standard errors of the mean over the repetitions.
+
+use gonio_coordinator::aggregate::merge::MergedFilm;
+use gonio_coordinator::aggregate::recipe::{ActiveColumn, Recipe};
+use gonio_coordinator::aggregate::statistics::{Observed, compare};
+use gonio_scene::capture::{Response, Sensor};
+use gonio_scene::film::{PixelSet, Tile};
+use gonio_scene::image::Image;
+use gonio_scene::{PhotoStatistics, Photograph};
+
+/// SplitMix64 (Steele, Lea, Flood 2014) and Box-Muller.
+struct Noise(u64);
+
+impl Noise {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        let (u, v) = (1.0 - self.uniform(), self.uniform());
+        (-2.0 * libm::log(u)).sqrt() * libm::cos(std::f64::consts::TAU * v)
+    }
+}
+
+const TILE: Tile = Tile { x: 3, y: 2, width: 20, height: 16 };
+const SIZE: (u32, u32) = (30, 25);
+
+fn photograph(value: impl Fn(usize, usize) -> [f32; 3], counts: impl Fn(usize, usize) -> bool) -> Photograph {
+    let place = |i: u32| ((i % SIZE.0) as usize, (i / SIZE.0) as usize);
+    let pixels = (0..SIZE.0 * SIZE.1).map(|i| value(place(i).0, place(i).1)).collect();
+    let counts = (0..SIZE.0 * SIZE.1).map(|i| counts(place(i).0, place(i).1)).collect();
+    Photograph { image: Image { width: SIZE.0, height: SIZE.1, pixels, ..Image::default() }, counts, clipped: 0 }
+}
+
+fn all_pixels() -> PixelSet {
+    PixelSet::from_flags((0..TILE.len()).map(|_| true))
+}
+
+/// Two columns: one of a colour's green channel, one of every channel plus the photo's gain.
+fn recipe(factor: f64) -> Recipe {
+    let column = |channel: usize| {
+        let mut active = Vec::new();
+        if channel == 1 {
+            active.push(ActiveColumn { column: 0, terms: vec![(3 + channel, 2.0 * factor)] });
+        }
+        active.push(ActiveColumn { column: 1, terms: vec![(6 + channel, -0.5 * factor), (channel, 0.7)] });
+        active
+    };
+    Recipe { factor, channels: [column(0), column(1), column(2)], columns: 2 }
+}
+
+/// The formulas of the module's documentation, written down once more without any of its shortcuts.
+fn naive(film: &MergedFilm, pixels: &[usize], photo: &Photograph, sensor: &Sensor, f: f64) -> PhotoStatistics {
+    let mut sums = PhotoStatistics { gram: vec![0.0; 9], ..PhotoStatistics::default() };
+    let at = |index: usize| (3 + index % 20, 2 + index / 20);
+    let counted = |index: &usize| photo.counts[at(*index).1 * 30 + at(*index).0];
+    for c in 0..3 {
+        let halves = |k: usize| (f * film.pixel(0, k)[c], f * film.pixel(1, k)[c]);
+        let difference = |k: usize| {
+            let (a, b) = halves(k);
+            sensor.response.apply(0.5 * (a + b)).1 * (a - b)
+        };
+        for (k, index) in pixels.iter().enumerate().filter(|(_, index)| counted(index)) {
+            let (x, y) = at(*index);
+            let near = |radius: usize| -> Vec<f64> {
+                let others = pixels.iter().enumerate().filter(|(j, i)| *j != k && counted(i));
+                let close = others.filter(|(_, i)| at(**i).0.abs_diff(x) <= radius && at(**i).1.abs_diff(y) <= radius);
+                close.map(|(j, _)| difference(j) * difference(j) / 4.0).collect()
+            };
+            let window = if near(2).len() >= 8 { near(2) } else { near(99) };
+            let n = window.len() as f64;
+            let (a, b) = halves(k);
+            let (m, s) = sensor.response.apply((a + b) / 2.0);
+            let render = window.iter().sum::<f64>() / n;
+            let variance = sensor.read_noise * sensor.read_noise + sensor.shot_noise * m.max(0.0) + render;
+            let w = 1.0 / (variance * (1.0 + 2.0 / n * (render / variance) * (render / variance)));
+            let measured = f64::from(photo.image.pixels[y * 30 + x][c]);
+            let vector = |half: usize, predicted: f64| {
+                let l = film.pixel(half, k);
+                let green = if c == 1 { s * f * 2.0 * l[4] } else { 0.0 };
+                [predicted - measured, green, s * (f * -0.5 * l[6 + c] + 0.7 * l[c])]
+            };
+            let (va, vb) = (vector(0, m + s * (a - (a + b) / 2.0)), vector(1, m + s * (b - (a + b) / 2.0)));
+            for i in 0..3 {
+                for j in 0..3 {
+                    sums.gram[3 * i + j] += w * (va[i] * vb[j] + vb[i] * va[j]) / 2.0;
+                }
+            }
+            let square = ((va[0] + vb[0]) / 2.0) * ((va[0] + vb[0]) / 2.0);
+            sums.observations += 1;
+            sums.chi_square += w * square;
+            sums.squared_error += square;
+            sums.log_variance += libm::log(variance);
+            sums.loss_variance += w * w * square * (va[0] - vb[0]) * (va[0] - vb[0]);
+        }
+    }
+    sums
+}
+
+#[test]
+fn equals_a_naive_evaluation_of_the_formulas() {
+    for response in [Response::Linear, Response::Srgb] {
+        let mut noise = Noise(7);
+        let sensor = Sensor { read_noise: 0.01, shot_noise: 0.003, saturation: None, response };
+        // Some pixels are not rendered, some rendered ones do not count.
+        let flags: Vec<bool> = (0..TILE.len()).map(|i| i % 7 != 3 && (i < 100 || i % 3 == 0)).collect();
+        let indices: Vec<usize> = (0..TILE.len()).filter(|i| flags[*i]).collect();
+        let photo = photograph(|x, y| [0.3, 0.01 * x as f32, 0.02 * y as f32], |x, y| (x + y) % 5 != 0);
+        let data = (0..2 * indices.len() * 9).map(|_| 0.3 + 0.1 * noise.normal()).collect();
+        let film = MergedFilm { pixels: indices.len(), channels: 9, data, invalid_samples: 4 };
+        let set = PixelSet::from_flags(flags);
+        let observed = Observed { tile: TILE, pixels: &set, photograph: &photo, sensor: &sensor };
+        let found = compare(&film, observed, &recipe(1.3), 1.0);
+        let expected = naive(&film, &indices, &photo, &sensor, 1.3);
+        let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-11 * b.abs().max(1.0), "{a} is not {b}");
+        found.gram.iter().zip(&expected.gram).for_each(|(a, b)| close(*a, *b));
+        close(found.chi_square, expected.chi_square);
+        close(found.squared_error, expected.squared_error);
+        close(found.log_variance, expected.log_variance);
+        close(found.loss_variance, expected.loss_variance);
+        assert_eq!((found.observations, found.invalid_samples), (expected.observations, 4));
+        assert!(found.observations > 300);
+    }
+}
+
+/// One render of a constant truth with noise of a known standard deviation in each half.
+fn render(noise: &mut Noise, truth: f64, derivative: f64, half_sigma: f64) -> MergedFilm {
+    let data = (0..2 * TILE.len() * 9).map(|i| {
+        // Noise of radiance and derivative is correlated within a sample, as it is in a path tracer.
+        let mean = if i % 9 < 3 { truth } else { derivative };
+        mean + half_sigma * noise.normal()
+    });
+    MergedFilm { pixels: TILE.len(), channels: 9, data: data.collect(), invalid_samples: 0 }
+}
+
+fn compare_all(film: &MergedFilm, photo: &Photograph, sensor: &Sensor) -> PhotoStatistics {
+    let set = all_pixels();
+    compare(film, Observed { tile: TILE, pixels: &set, photograph: photo, sensor }, &recipe(1.0), 1.0)
+}
+
+fn sensor(read_noise: f64) -> Sensor {
+    Sensor { read_noise, shot_noise: 0.0, saturation: None, response: Response::Linear }
+}
+
+/// The mean and its standard error.
+fn mean(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
+#[test]
+fn chi_square_expects_one_per_observation_whichever_noise_dominates() {
+    // Standard deviation of the mean of halves, against a sensor noise of 0.02.
+    for render_sigma in [0.002, 0.01, 0.02, 0.04, 0.2] {
+        let mut noise = Noise(11);
+        let reduced: Vec<f64> = (0..150)
+            .map(|_| {
+                let film = render(&mut noise, 0.5, 0.1, render_sigma * 2.0_f64.sqrt());
+                let values: Vec<f32> = (0..30 * 25 * 3).map(|_| (0.5 + 0.02 * noise.normal()) as f32).collect();
+                let photo = photograph(|x, y| [0, 1, 2].map(|c| values[3 * (30 * y + x) + c]), |_, _| true);
+                let s = compare_all(&film, &photo, &sensor(0.02));
+                s.chi_square / s.observations as f64
+            })
+            .collect();
+        let (found, error) = mean(&reduced);
+        assert!((found - 1.0).abs() < 4.0 * error + 0.01, "render noise {render_sigma}: {found} +- {error}");
+    }
+}
+
+#[test]
+fn products_of_halves_carry_no_noise_bias() {
+    let mut noise = Noise(13);
+    let (offset, derivative, render_sigma) = (0.03, 0.2, 0.05);
+    let photo = photograph(|_, _| [(0.5 - offset) as f32; 3], |_, _| true);
+    let grams: Vec<PhotoStatistics> = (0..400)
+        .map(|_| {
+            compare_all(&render(&mut noise, 0.5, derivative, render_sigma * 2.0_f64.sqrt()), &photo, &sensor(0.02))
+        })
+        .collect();
+    // Without noise: e = offset; the green column 2 d, the other -d / 2 + 0.7 * 0.5; weight 1 / (sensor + render variance).
+    let weight = TILE.len() as f64 / (0.02 * 0.02 + render_sigma * render_sigma);
+    let (green, other) = (2.0 * derivative, -0.5 * derivative + 0.35);
+    let expected = [
+        3.0 * offset * offset,
+        offset * green,
+        3.0 * offset * other,
+        offset * green,
+        green * green,
+        green * other,
+        3.0 * offset * other,
+        green * other,
+        3.0 * other * other,
+    ];
+    for (i, expected) in expected.iter().enumerate() {
+        let (found, error) = mean(&grams.iter().map(|s| s.gram[i]).collect::<Vec<_>>());
+        let expected = weight * expected;
+        assert!(
+            (found - expected).abs() < 4.0 * error + 0.01 * expected,
+            "gram[{i}]: {found} +- {error}, not {expected}"
+        );
+    }
+    // The plain square, by contrast, contains the render's noise, which here is larger than the misfit.
+    let (plain, _) = mean(&grams.iter().map(|s| s.chi_square).collect::<Vec<_>>());
+    assert!(plain > 3.0 * weight * 3.0 * offset * offset);
+}
+
+#[test]
+fn the_loss_knows_its_own_variance() {
+    for (offset, render_sigma) in [(0.0, 0.05), (0.03, 0.01), (0.03, 0.05)] {
+        let mut noise = Noise(17);
+        let photo = photograph(|_, _| [(0.5 - offset) as f32; 3], |_, _| true);
+        let runs: Vec<PhotoStatistics> = (0..1500)
+            .map(|_| compare_all(&render(&mut noise, 0.5, 0.1, render_sigma * 2.0_f64.sqrt()), &photo, &sensor(0.05)))
+            .collect();
+        let losses: Vec<f64> = runs.iter().map(|s| s.gram[0]).collect();
+        let observed = {
+            let (_, error) = mean(&losses);
+            error * error * losses.len() as f64
+        };
+        let (claimed, _) = mean(&runs.iter().map(|s| s.loss_variance).collect::<Vec<_>>());
+        // 1500 runs know a variance to 4 %; the weights' own noise adds a little that the claim leaves out.
+        assert!(
+            (claimed / observed - 1.0).abs() < 0.15,
+            "offset {offset}, noise {render_sigma}: {claimed} for {observed}"
+        );
+    }
+}

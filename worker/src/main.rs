@@ -1,0 +1,42 @@
+//! `gonio-worker`: renders for a coordinator, as a process of its own.
+
+use clap::Parser;
+use gonio_worker::Worker;
+use gonio_worker::renderer::PathTracer;
+use std::sync::Arc;
+use tokio::signal::unix::{SignalKind, signal};
+use tracing_subscriber::EnvFilter;
+
+/// Renders tasks for a coordinator until it is told to stop.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Arguments {
+    /// The coordinator's address, such as http://127.0.0.1:7300
+    #[arg(long)]
+    coordinator: String,
+    /// Render threads; one per core where it is absent
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// Name in logs and progress; made of the process id where it is absent
+    #[arg(long)]
+    name: Option<String>,
+}
+
+#[tokio::main(flavor = "multi_thread", worker_threads = 2)]
+async fn main() -> anyhow::Result<()> {
+    let arguments = Arguments::parse();
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let name = arguments.name.unwrap_or_else(|| format!("worker-{}", std::process::id()));
+    let worker = Worker::new(&name, arguments.threads, Arc::new(PathTracer))?;
+    let (mut interrupt, mut terminate) = (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
+    let stop = async move {
+        tokio::select! {
+            _ = interrupt.recv() => {}
+            _ = terminate.recv() => {}
+        }
+        tracing::info!("stopping");
+    };
+    worker.work_for(&arguments.coordinator, stop).await?;
+    Ok(())
+}

@@ -1,0 +1,141 @@
+//! A coordinator in another process.
+
+use crate::pull::{Link, PullError};
+use crate::{BlobSource, Worker};
+use backon::BackoffBuilder;
+use bytes::Bytes;
+use futures::future::BoxFuture;
+use futures::{FutureExt, StreamExt};
+use gonio_proto::convert::digest::BlobAssembly;
+use gonio_proto::wire::farm_client::FarmClient;
+use gonio_proto::{Digest, limits, wire};
+use std::future::Future;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::sync::mpsc;
+use tokio_stream::wrappers::ReceiverStream;
+use tonic::transport::{Channel, Endpoint};
+use tonic::{Code, Status};
+
+/// Messages that wait to be sent; each at most a chunk of a film.
+const OUTBOUND: usize = 16;
+
+/// A stream that lasted this long was a good one: the next reconnection starts without a wait.
+const GOOD_STREAM: Duration = Duration::from_secs(10);
+
+/// A client of the coordinator at `url`, connected at the first call.
+///
+/// # Errors
+/// No URL.
+pub fn farm_client(url: &str) -> Result<FarmClient<Channel>, tonic::transport::Error> {
+    let keepalive = Duration::from_secs(5);
+    let endpoint = Endpoint::from_shared(url.to_owned())?
+        .connect_timeout(Duration::from_secs(10))
+        .tcp_nodelay(true)
+        .http2_keep_alive_interval(keepalive)
+        .keep_alive_timeout(keepalive)
+        .keep_alive_while_idle(true)
+        .initial_stream_window_size(limits::STREAM_WINDOW_BYTES)
+        .initial_connection_window_size(2 * limits::STREAM_WINDOW_BYTES)
+        .max_frame_size(limits::FRAME_BYTES);
+    Ok(FarmClient::new(endpoint.connect_lazy()).max_decoding_message_size(limits::MESSAGE_BYTES))
+}
+
+/// Fetches blobs from a coordinator.
+struct RemoteBlobs(FarmClient<Channel>);
+
+impl BlobSource for RemoteBlobs {
+    fn get(&self, digest: Digest) -> BoxFuture<'_, Result<Bytes, String>> {
+        let mut client = self.0.clone();
+        async move {
+            let request = wire::BlobDigest { digest: digest.to_wire() };
+            let mut chunks = client.get_blob(request).await.map_err(|status| text(&status))?.into_inner();
+            let mut assembly = BlobAssembly::default();
+            while let Some(chunk) = chunks.message().await.map_err(|status| text(&status))? {
+                assembly.add(&chunk).map_err(|error| error.to_string())?;
+            }
+            let blob =
+                tokio::task::spawn_blocking(move || assembly.finish()).await.map_err(|error| error.to_string())?;
+            match blob.map_err(|error| error.to_string())? {
+                (found, blob) if found == digest => Ok(blob),
+                (found, _) => Err(format!("asked for blob {digest}, {found} came")),
+            }
+        }
+        .boxed()
+    }
+}
+
+/// A status for people.
+#[must_use]
+pub fn text(status: &Status) -> String {
+    format!("{} ({})", status.message(), status.code())
+}
+
+impl Worker {
+    /// Works for the coordinator at `url` until `stop` completes; connects again, ever less often up to every ten seconds,
+    /// when a stream ends.
+    ///
+    /// # Errors
+    /// No URL; a coordinator that will never take this worker, such as one of another version.
+    pub async fn work_for(&self, url: &str, stop: impl Future<Output = ()>) -> Result<(), WorkError> {
+        let client = farm_client(url)?;
+        let fresh = || {
+            let builder = backon::ExponentialBuilder::default().with_jitter().without_max_times();
+            builder.with_min_delay(Duration::from_millis(100)).with_max_delay(Duration::from_secs(10)).build()
+        };
+        let mut waits = fresh();
+        let stop = stop.shared();
+        loop {
+            let started = Instant::now();
+            let end = tokio::select! {
+                link = connect(client.clone()) => match link {
+                    Ok(link) => {
+                        tracing::info!(url, "connected");
+                        match self.serve(link, stop.clone()).await {
+                            Ok(()) => return Ok(()),
+                            Err(PullError::Ended(status)) => status,
+                            Err(error) => return Err(error.into()),
+                        }
+                    }
+                    Err(status) => status,
+                },
+                () = stop.clone() => return Ok(()),
+            };
+            if matches!(
+                end.code(),
+                Code::FailedPrecondition | Code::InvalidArgument | Code::PermissionDenied | Code::Unauthenticated
+            ) {
+                return Err(WorkError::Refused(text(&end)));
+            }
+            if started.elapsed() > GOOD_STREAM {
+                waits = fresh();
+            }
+            let wait = waits.next().unwrap_or(Duration::from_secs(10));
+            tracing::warn!(url, reason = text(&end), ?wait, "no connection, trying again");
+            tokio::select! {
+                () = tokio::time::sleep(wait) => {}
+                () = stop.clone() => return Ok(()),
+            }
+        }
+    }
+}
+
+async fn connect(mut client: FarmClient<Channel>) -> Result<Link, Status> {
+    let (outbound, receiver) = mpsc::channel(OUTBOUND);
+    let inbound = client.work(ReceiverStream::new(receiver)).await?.into_inner().boxed();
+    Ok(Link { outbound, inbound, blobs: Arc::new(RemoteBlobs(client)) })
+}
+
+/// Why a worker gives up.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkError {
+    /// The coordinator's address is none.
+    #[error("no usable address ({0}); write http://HOST:PORT")]
+    Address(#[from] tonic::transport::Error),
+    /// The coordinator will not take this worker.
+    #[error("the coordinator refuses this worker: {0}")]
+    Refused(String),
+    /// The coordinator speaks another protocol.
+    #[error(transparent)]
+    Pull(#[from] PullError),
+}

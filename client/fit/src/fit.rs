@@ -71,7 +71,7 @@ pub fn fit<'a>(
 /// Runs the solver; with nothing to solve for, evaluates at the most samples allowed.
 fn estimate(objective: &Objective<'_>, options: &Options) -> Result<Outcome, Stopped> {
     if objective.space.is_empty() {
-        return Ok(Outcome { position: Vec::new(), samples: options.max_samples, converged: true });
+        return Ok(Outcome { position: Vec::new(), evaluated: Vec::new(), samples: options.max_samples, converged: true });
     }
     solve::solve(objective, options)
 }
@@ -85,7 +85,7 @@ fn conclude(
     held_out: &[usize],
 ) -> Result<FitResult, FitError> {
     let (u, samples) = (&outcome.position, outcome.samples);
-    if objective.normal(u, samples).is_err() {
+    if objective.normal(&outcome.evaluated, samples).is_err() {
         return keep(objective, capture, options);
     }
     let score = match held_out {
@@ -95,7 +95,7 @@ fn conclude(
             Err(Stopped) => return keep(objective, capture, options),
         },
     };
-    let mut result = summarise(objective, capture, options, u)?;
+    let mut result = summarise(objective, capture, options, u, &outcome.evaluated)?;
     result.converged = outcome.converged;
     if let Some((total, primary_samples)) = score {
         result.primary_samples += primary_samples;
@@ -106,7 +106,7 @@ fn conclude(
         let why = if out_of_iterations { "the iterations ran out" } else { "no further step lowers the loss" };
         result.warnings.insert(0, format!("not converged: {why} before the step left was below the tolerance"));
     }
-    if let Some(entry) = objective.known(u) {
+    if let Some(entry) = objective.known(&outcome.evaluated) {
         let normal = Normal::new(&entry.photos, &vec![1.0; objective.space.len()]);
         result.warnings.extend(warnings::about_scores(&normal, &result.fit, result.held_out.as_ref()));
     }
@@ -120,15 +120,21 @@ fn keep(objective: &Objective<'_>, capture: &Capture, options: &Options) -> Resu
         Some(error) => return Err(error),
     }
     let (u, _) = objective.position().ok_or(FitError::Cancelled)?;
-    let mut result = summarise(objective, capture, options, &u)?;
+    let mut result = summarise(objective, capture, options, &u, &u)?;
     result.warnings.insert(0, "cancelled: these are the values reached by then, not the fit's result".to_owned());
     Ok(result)
 }
 
-/// Estimates, errors and the fit's score at coordinates that were evaluated.
-fn summarise(objective: &Objective<'_>, capture: &Capture, options: &Options, u: &[f64]) -> Result<FitResult, FitError> {
+/// Estimates at coordinates `u`, with the errors and the fit's score from what was evaluated there or beside.
+fn summarise(
+    objective: &Objective<'_>,
+    capture: &Capture,
+    options: &Options,
+    u: &[f64],
+    evaluated: &[f64],
+) -> Result<FitResult, FitError> {
     let space = objective.space;
-    let entry = objective.known(u).ok_or(FitError::Cancelled)?;
+    let entry = objective.known(evaluated).ok_or(FitError::Cancelled)?;
     let values = space.values(u);
     let uncertainty = entry.columns.then(|| Uncertainty::new(&entry.photos, space.len()));
     let finite = |list: Option<&Vec<f64>>, i: usize| list.and_then(|l| l.get(i)).copied().filter(|e| e.is_finite());

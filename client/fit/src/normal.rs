@@ -51,12 +51,19 @@ impl Normal {
         (self.total.chi_square / self.observations().max(1.0)).max(1.0)
     }
 
+    /// Debiased loss per observation: at most 1 in expectation for a right model, because the weights hold the render's
+    /// variance too, and larger by what the model does not explain. Unlike chi-square it keeps that bound where the
+    /// render's variance is underestimated, as it is for a few samples of an edge.
+    #[must_use]
+    pub fn debiased_loss(&self) -> f64 {
+        self.total.gram.first().copied().unwrap_or(0.0) / self.observations().max(1.0)
+    }
+
     /// The render's share of the noise in the weights, 0 to 1: the difference between the plain and the debiased loss
     /// is the sum over the observations of render variance / (sensor variance + render variance).
     #[must_use]
     pub fn render_share(&self) -> f64 {
-        let debiased = self.total.gram.first().copied().unwrap_or(0.0);
-        ((self.total.chi_square - debiased) / self.observations().max(1.0)).clamp(0.0, 1.0)
+        (self.total.chi_square / self.observations().max(1.0) - self.debiased_loss()).clamp(0.0, 1.0)
     }
 
     /// The equations restricted to the parameters for which `keep` is set; the others stay where they are.

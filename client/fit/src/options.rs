@@ -78,7 +78,7 @@ pub struct Options {
     pub max_samples: u32,
     /// Iterations in all, restarts included; [`SolverName::usual_iterations`] where absent. At least 1.
     pub max_iterations: Option<u32>,
-    /// The fit has converged when the step that is left is below this many standard errors; above 0, at most 1.
+    /// The fit has converged when what its last step leaves is below this many standard errors; above 0, at most 1.
     pub tolerance: f64,
     /// Starting values instead of the capture's: a freed parameter's name, or a colour's for all its channels.
     pub start: Vec<(String, f64)>,

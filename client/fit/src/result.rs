@@ -28,7 +28,8 @@ pub struct FitResult {
     pub samples: u32,
     /// The estimates, in the order of the capture's `[fit]`.
     pub parameters: Vec<Estimate>,
-    /// Score on the photos fitted to; chi-square per observation less parameters.
+    /// Score on the photos fitted to; chi-square per observation less parameters. Where the last step was shorter than a
+    /// standard error, from before it: chi-square differs by less than the number of parameters.
     pub fit: Score,
     /// Score on the held-out photos, chi-square per observation; absent without any, or where the fit was cancelled.
     pub held_out: Option<Score>,

@@ -13,7 +13,13 @@ pub(super) fn solve(objective: &Objective<'_>, options: &Options) -> Result<Outc
     let scaled = scale::solve(objective, options.min_samples)?;
     let first = run(objective, options, scaled.clone(), Goal::Descend)?;
     let best = restart::improve(objective, &scaled, first, &mut |u| run(objective, options, u, Goal::Descend))?;
-    run(objective, options, best.position, Goal::Polish)
+    let last = run(objective, options, best.position, Goal::Polish)?;
+    if !last.converged {
+        return Ok(last);
+    }
+    // The step that is left is worth taking, but not another evaluation at the most samples to look back on it.
+    let step = objective.movable(&last.evaluated, last.samples)?.spectrum().step(0.0);
+    Ok(Outcome { position: objective.space.retract(&last.evaluated, step.as_slice()), ..last })
 }
 
 /// One run of the trust region from coordinates `start` at the first samples.
@@ -30,5 +36,5 @@ pub(super) fn run(objective: &Objective<'_>, options: &Options, start: Vec<f64>,
         .map_err(|_| Stopped)?;
     let position = done.state.param.clone().unwrap_or(start);
     objective.place(&position, samples.get());
-    Ok(Outcome { position, samples: samples.get(), converged: done.solver.solver.converged() })
+    Ok(Outcome { evaluated: position.clone(), position, samples: samples.get(), converged: done.solver.solver.converged() })
 }

@@ -22,7 +22,9 @@ use crate::{Options, SolverName};
 pub(crate) struct Outcome {
     /// Coordinates of the estimate.
     pub position: Vec<f64>,
-    /// Samples per pixel of the last evaluation there.
+    /// Coordinates of the last evaluation: the estimate, or less than a standard error beside it.
+    pub evaluated: Vec<f64>,
+    /// Samples per pixel of that evaluation.
     pub samples: u32,
     /// Whether the step left is below the tolerance.
     pub converged: bool,

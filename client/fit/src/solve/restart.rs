@@ -11,7 +11,7 @@ use crate::objective::{Objective, Stopped};
 const GRID: [f64; 4] = [0.15, 0.3, 0.5, 0.75];
 /// The index of most plastics, glasses and lacquers; one near 1 has no highlight that could be mended.
 const USUAL_IOR: f64 = 1.5;
-/// Reduced chi-square that a right model stays below even at the fewest samples.
+/// Debiased loss per observation that a right model stays below, whatever the samples.
 const GOOD: f64 = 1.2;
 
 /// The better of `first` and what `descend` reaches from another roughness, where `first` does not explain the photos;
@@ -25,7 +25,7 @@ pub(super) fn improve(
     let space = objective.space;
     let rough = space.of_key("roughness");
     let reached = objective.normal(&first.position, first.samples)?;
-    if rough.is_empty() || reached.misfit() <= GOOD {
+    if rough.is_empty() || reached.debiased_loss() <= GOOD {
         return Ok(first);
     }
     let others: Vec<bool> = (0..space.len()).map(|i| !rough.contains(&i)).collect();

@@ -18,7 +18,7 @@ pub(super) fn run(objective: &Objective<'_>, options: &Options, search: &mut Sea
     let scaled = scale::solve(objective, samples)?;
     let mut descend = |u: Vec<f64>| {
         let position = search(&u, samples, &objective.normal(&u, samples)?, 0)?;
-        Ok(Outcome { position, samples, converged: false })
+        Ok(Outcome { evaluated: position.clone(), position, samples, converged: false })
     };
     let first = descend(scaled.clone())?;
     let mut u = restart::improve(objective, &scaled, first, &mut descend)?.position;
@@ -34,7 +34,7 @@ pub(super) fn run(objective: &Objective<'_>, options: &Options, search: &mut Sea
             _ => {
                 let left = after.spectrum().decrement() / (count(u.len() as u64).max(1.0) * after.misfit());
                 let tolerance = options.tolerance.max(TOLERANCE);
-                return Ok(Outcome { position: u, samples, converged: left <= tolerance * tolerance });
+                return Ok(Outcome { evaluated: u.clone(), position: u, samples, converged: left <= tolerance * tolerance });
             }
         }
     }

@@ -21,7 +21,7 @@ pub(super) type PointState = IterState<Vec<f64>, (), (), (), (), f64>;
 pub(super) enum Goal {
     /// At the first samples, once the step left is a few standard errors.
     Descend,
-    /// At the samples that make the render's noise negligible, once the step left is below the tolerance.
+    /// At the samples that make the render's noise negligible, once one more step leaves less than the tolerance.
     Polish,
 }
 
@@ -31,6 +31,11 @@ const LARGEST_RADIUS: f64 = 4.0;
 const SMALLEST_RADIUS: f64 = 1e-3;
 /// Squared step left, per parameter, in standard errors, from which on the model is as good as linear.
 const NEAR: f64 = 9.0;
+/// Undamped step, as a part of each coordinate's reach, from which on it is so too, however small the errors are.
+const SHORT: f64 = 0.1;
+/// What is left of a short step after it is less than this part of it: the curvature over it, and the noise of the
+/// derivatives.
+const REMAINDER: f64 = 0.1;
 /// A parameter without natural scale moves, within a radius of one, no further than changes the observations by this
 /// many standard deviations in the root mean square.
 const VISIBLE: f64 = 10.0;
@@ -39,7 +44,7 @@ const VISIBLE: f64 = 10.0;
 pub(super) struct TrustRegion<'c> {
     pub goal: Goal,
     pub schedule: Schedule,
-    /// Step left, in standard errors, below which the fit has converged.
+    /// Step left, in standard errors, after the last one, which the caller takes without another evaluation.
     pub tolerance: f64,
     /// Samples per pixel of the current point.
     pub samples: &'c Cell<u32>,
@@ -53,18 +58,29 @@ struct Here {
     u: Vec<f64>,
     normal: Normal,
     spectrum: Spectrum,
+    reach: Vec<f64>,
 }
 
 impl Here {
     fn at(objective: &Objective<'_>, u: Vec<f64>, samples: u32) -> Result<Self, Stopped> {
         let normal = objective.movable(&u, samples)?;
-        let spectrum = normal.spectrum();
-        Ok(Self { u, normal, spectrum })
+        let (spectrum, reach) = (normal.spectrum(), reach(objective.space, &normal));
+        Ok(Self { u, normal, spectrum, reach })
     }
 
     /// The square of the step left, per parameter, in standard errors of an estimate with this misfit.
     fn left(&self) -> f64 {
         self.spectrum.decrement() / (count(self.u.len() as u64).max(1.0) * self.normal.misfit())
+    }
+
+    /// Whether the undamped step is short.
+    fn is_short(&self) -> bool {
+        self.spectrum.step(0.0).iter().zip(&self.reach).all(|(s, r)| s.abs() <= SHORT * r)
+    }
+
+    /// Whether the undamped step needs no test.
+    fn is_near(&self) -> bool {
+        self.left() <= NEAR || self.is_short()
     }
 
     fn cost(&self) -> f64 {
@@ -84,14 +100,13 @@ impl<'c> TrustRegion<'c> {
 
     /// Ends the run if the goal is met or cannot be.
     fn judge(&mut self, here: &Here) {
-        let samples = self.samples.get();
-        let left = here.left();
+        let more = self.schedule.next(self.samples.get(), &here.normal).is_some();
+        let last = self.tolerance / REMAINDER;
         match self.goal {
-            Goal::Descend if left <= NEAR => self.verdict = Some(true),
-            Goal::Polish if left <= self.tolerance * self.tolerance && self.schedule.next(samples, &here.normal).is_none() => {
-                self.verdict = Some(true);
-            }
-            Goal::Polish if self.schedule.next(samples, &here.normal).is_some() => {}
+            Goal::Descend if here.is_near() => self.verdict = Some(true),
+            Goal::Polish if more => {}
+            Goal::Polish if here.is_short() && here.left() <= last * last => self.verdict = Some(true),
+            Goal::Polish if here.left() <= self.tolerance * self.tolerance => self.verdict = Some(true),
             _ if self.radius < SMALLEST_RADIUS => self.verdict = Some(false),
             _ => {}
         }
@@ -108,12 +123,11 @@ impl<'c> TrustRegion<'c> {
             self.radius = FIRST_RADIUS;
             return Here::at(objective, here.u, more);
         }
-        let reach = reach(objective.space, &here.normal);
-        let step = bounded_step(&here.spectrum, &reach, self.radius);
+        let step = bounded_step(&here.spectrum, &here.reach, self.radius);
         let u = objective.space.retract(&here.u, step.as_slice());
         // A step of a few standard errors needs no test: it is taken on the way to the next samples, so that no
         // evaluation is spent on converging to what this sample count's noise has made of the minimum.
-        if self.goal == Goal::Polish && here.left() <= NEAR
+        if self.goal == Goal::Polish && here.is_near()
             && let Some(more) = self.schedule.next(samples, &here.normal)
         {
             self.samples.set(more);
@@ -125,7 +139,7 @@ impl<'c> TrustRegion<'c> {
         let noise = 2.0 * (here.normal.total.loss_variance + there.normal.total.loss_variance).max(0.0).sqrt();
         let calmer = there.spectrum.decrement() < here.spectrum.decrement();
         let accepted = decrease > 0.01 * promised.abs() || (decrease > -noise && calmer);
-        let size = step.iter().zip(&reach).map(|(s, r)| s.abs() / r).fold(0.0, f64::max);
+        let size = step.iter().zip(&here.reach).map(|(s, r)| s.abs() / r).fold(0.0, f64::max);
         if !accepted {
             self.radius = 0.3 * self.radius.min(size);
         } else if promised > noise && decrease < 0.25 * promised {

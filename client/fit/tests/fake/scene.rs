@@ -49,7 +49,7 @@ impl Default for Scene {
                 number("light.led.intensity.b", 0.19),
             ],
             read_noise: 0.01,
-            render_noise: 0.1,
+            render_noise: 0.03,
             data_seed: 1,
         }
     }

@@ -37,10 +37,26 @@ const CASES: &[(&str, Break, &[&str])] = &[
     ("not a number", |r| replace(r, "ior = 1.5", "ior = nan"), &["material.shell.ior", "NaN"]),
     ("missing key", |r| replace(r, "fx = 48.0\n", ""), &["camera.fx", "missing"]),
     ("unknown model", |r| replace(r, "\"lambert\"", "\"velvet\""), &["material.paint.model", "velvet"]),
-    ("unknown material", |r| replace(r, "material = \"paint\"", "material = \"gold\""), &["object.board.material", "gold"]),
-    ("unknown light", |r| replace(r, "role = \"fit\"", "role = \"fit\"\nlights = [\"sun\"]"), &["photo.00.lights", "sun"]),
-    ("unknown free name", |r| replace(r, "\"material.shell.roughness\"", "\"material.shell.gloss\""), &["material.shell.gloss"]),
-    ("no rotation", |r| replace(r, "camera_to_world = [[", "camera_to_world = [[9"), &["photos/00.exr.camera_to_world", "rotation"]),
+    (
+        "unknown material",
+        |r| replace(r, "material = \"paint\"", "material = \"gold\""),
+        &["object.board.material", "gold"],
+    ),
+    (
+        "unknown light",
+        |r| replace(r, "role = \"fit\"", "role = \"fit\"\nlights = [\"sun\"]"),
+        &["photo.00.lights", "sun"],
+    ),
+    (
+        "unknown free name",
+        |r| replace(r, "\"material.shell.roughness\"", "\"material.shell.gloss\""),
+        &["material.shell.gloss"],
+    ),
+    (
+        "no rotation",
+        |r| replace(r, "camera_to_world = [[", "camera_to_world = [[9"),
+        &["photos/00.exr.camera_to_world", "rotation"],
+    ),
     ("missing mesh", |r| std::fs::remove_file(r.join("ball.ply")).unwrap(), &["ball.ply", "does not exist"]),
     ("truncated mesh", |r| truncate(r, "ball.ply", 900), &["ball.ply"]),
     ("missing photo", |r| std::fs::remove_file(r.join("photos/03.exr")).unwrap(), &["photos/03.exr", "does not exist"]),
@@ -51,8 +67,16 @@ const CASES: &[(&str, Break, &[&str])] = &[
     ("wrong mask size", |r| mask(r, (8, 8), 255), &["photo.03", "mask", "8x8"]),
     ("mask of zeros and ones", |r| mask(r, SIZE, 1), &["photos/mask.png", "255"]),
     ("empty mask", |r| mask(r, SIZE, 0), &["photos/03.exr", "empty mask"]),
-    ("missing mask", |r| replace(r, "file = \"photos/03.exr\"", "file = \"photos/03.exr\"\nmask = \"m.png\""), &["m.png"]),
-    ("clipped photo", |r| replace(r, "read_noise = 0.002", "read_noise = 0.002\nsaturation = 0.2"), &["photos/00.exr", "clipped"]),
+    (
+        "missing mask",
+        |r| replace(r, "file = \"photos/03.exr\"", "file = \"photos/03.exr\"\nmask = \"m.png\""),
+        &["m.png"],
+    ),
+    (
+        "clipped photo",
+        |r| replace(r, "read_noise = 0.002", "read_noise = 0.002\nsaturation = 0.2"),
+        &["photos/00.exr", "clipped"],
+    ),
 ];
 
 fn truncate(root: &Path, file: &str, length: usize) {

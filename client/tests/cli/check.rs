@@ -33,7 +33,11 @@ fn tells_all_errors_at_once() {
     assert_eq!(output.status.code(), Some(2));
     let stderr = String::from_utf8(output.stderr).unwrap();
     for file in ["ball.ply", "board.ply", "photos/01.exr", "photos/02.exr"] {
-        assert_eq!(stderr.lines().filter(|l| l.starts_with(&format!("error: {file}: "))).count(), 1, "{file}: {stderr}");
+        assert_eq!(
+            stderr.lines().filter(|l| l.starts_with(&format!("error: {file}: "))).count(),
+            1,
+            "{file}: {stderr}"
+        );
     }
     let result = gonio(top.path(), &["check", "capture", "--json"]);
     assert_eq!(result.status.code(), Some(2));
@@ -45,7 +49,11 @@ fn tells_all_errors_at_once() {
 
 /// An edit of the capture, and a part of the warning that it must bring.
 const MISTAKES: [(&str, &str, &str); 7] = [
-    ("[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]", "[[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]", "turns its back"),
+    (
+        "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]",
+        "[[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]",
+        "turns its back",
+    ),
     ("[0, 0, 1, 0.05]", "[0, 0, 1, 50.0]", "no photo has it in view"),
     ("[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.05]", "[[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.05]", "mirrors"),
     ("file = \"photos/01.exr\"", "file = \"photos/01.exr\"\nexposure = 1e-4", "is the exposure right"),

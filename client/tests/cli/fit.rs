@@ -106,7 +106,8 @@ fn what_is_free_and_where_it_starts_can_be_told() {
     let arguments = ["fit", "capture", "--out", "out", "--json", "--max-iterations", "1", "--samples", "2"];
     let more = ["--free", "material.shell.roughness,material.shell.ior", "--start", "material.shell.ior=1.4"];
     let result = json(&succeeds(top.path(), &[&arguments[..], &more].concat()));
-    let names: Vec<&str> = result["parameters"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
+    let names: Vec<&str> =
+        result["parameters"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["material.shell.roughness", "material.shell.ior"]);
     assert_eq!(result["parameters"][1]["start"], 1.4);
     let fitted = std::fs::read_to_string(top.path().join("out/capture.toml")).unwrap();

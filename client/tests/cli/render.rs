@@ -60,7 +60,11 @@ fn exposure_and_gain_scale_a_film() {
         json(&succeeds(top.path(), &arguments))["photos"][0]["mean"][1].as_f64().unwrap()
     };
     let before = mean("before");
-    edit(&top.path().join("capture/capture.toml"), "file = \"photos/00.exr\"", "file = \"photos/00.exr\"\nexposure = 2.0\ngain = 1.5");
+    edit(
+        &top.path().join("capture/capture.toml"),
+        "file = \"photos/00.exr\"",
+        "file = \"photos/00.exr\"\nexposure = 2.0\ngain = 1.5",
+    );
     assert!((mean("after") / before - 3.0).abs() < 1e-6);
 }
 

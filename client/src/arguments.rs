@@ -1,0 +1,171 @@
+//! What may be written on the command line.
+
+use clap::{Args, Parser, Subcommand};
+use gonio_fit::SolverName;
+use std::path::PathBuf;
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    done (a fit that ran out of iterations says so in its warnings and in fit.json: \"converged\")
+  1    the farm or the machine failed: another try may succeed
+  2    bad input or usage: the message names the file, the key and the mend
+  130  interrupted: what was reached by then is kept; `gonio fit --resume` continues it
+
+CAPTURE is a capture's folder or its capture.toml. Results go to stdout, progress and errors to stderr; with --json both
+are JSON: one object on stdout, one event per line on stderr. RUST_LOG=info shows what the farm logs.";
+
+/// Fits light and material to photographs by analysis-by-synthesis over a render farm.
+#[derive(Debug, Parser)]
+#[command(name = "gonio", version, after_help = EXIT_CODES, disable_help_subcommand = true)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a capture's photos as OpenEXR: photo values before response, 32-bit float RGB
+    #[command(after_help = EXIT_CODES)]
+    Render(RenderArguments),
+    /// Fit a capture's free parameters to its photographs and report the result
+    #[command(after_help = EXIT_CODES)]
+    Fit(FitArguments),
+    /// Validate a capture and everything that it names, and summarise it
+    #[command(after_help = EXIT_CODES)]
+    Check(CheckArguments),
+}
+
+/// What every command that renders accepts.
+#[derive(Debug, Args)]
+pub struct FarmArguments {
+    /// Render threads of the embedded farm; 0 takes all cores
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Coordinator of a farm, such as http://host:7000; absent, the farm is embedded in this process
+    #[arg(long, value_name = "URL", conflicts_with = "threads")]
+    pub farm: Option<String>,
+    /// Write results and events as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `gonio render`.
+#[derive(Debug, Args)]
+pub struct RenderArguments {
+    /// The capture's folder or its capture.toml; the photographs' files need not exist
+    pub capture: PathBuf,
+    /// Folder to write <photo name>.exr to; created if need be
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Samples per pixel; even, because half of them go to each of two independent halves
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = samples)]
+    pub samples: u32,
+    /// Seed of every random number
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Write <photo name>.buffers.exr too: depth, normal, object, position, half and incidence angle of the first hit
+    #[arg(long)]
+    pub buffers: bool,
+    /// Names of the photos to render, such as 00,03; all of them where absent
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub photos: Vec<String>,
+    /// Where to render.
+    #[command(flatten)]
+    pub farm: FarmArguments,
+}
+
+/// `gonio fit`.
+#[derive(Debug, Args)]
+pub struct FitArguments {
+    /// The capture's folder or its capture.toml
+    pub capture: PathBuf,
+    /// Folder to write capture.toml, fit.json, report.html and checkpoint.json to; created if need be
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Optimiser: gauss-newton, nelder-mead, l-bfgs or particle-swarm
+    #[arg(long, value_name = "NAME", default_value_t = SolverName::default())]
+    pub solver: SolverName,
+    /// Most samples per pixel of any iteration; even. The first iterations take fewer
+    #[arg(long, value_name = "MAX", default_value_t = 64, value_parser = samples)]
+    pub samples: u32,
+    /// Seed of every random number
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Start from another value than the capture's: a freed number, or a colour for all its channels; may be repeated
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
+    pub start: Vec<(String, f64)>,
+    /// Names to free instead of the capture's fit.parameters, such as material.shell.roughness,material.shell.ior
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub free: Option<Vec<String>>,
+    /// Colours among the freed that keep their ratio, instead of the capture's fit.gray
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub gray: Option<Vec<String>>,
+    /// Most iterations; absent, as many as the solver usually needs
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub max_iterations: Option<u32>,
+    /// Continue from checkpoint.json in DIR, with the same capture, start, solver and seed
+    #[arg(long)]
+    pub resume: bool,
+    /// Where to render.
+    #[command(flatten)]
+    pub farm: FarmArguments,
+}
+
+/// `gonio check`.
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// The capture's folder or its capture.toml
+    pub capture: PathBuf,
+    /// List every number's dotted name with value and bounds
+    #[arg(long)]
+    pub names: bool,
+    /// Write the summary as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn samples(text: &str) -> Result<u32, String> {
+    let most = gonio_proto::limits::SAMPLES;
+    match text.parse::<u32>() {
+        Ok(n) if n >= 2 && n % 2 == 0 && n <= most => Ok(n),
+        _ => Err(format!("write an even number from 2 to {most}: each of two halves takes as many")),
+    }
+}
+
+fn assignment(text: &str) -> Result<(String, f64), String> {
+    let mend = "write NAME=VALUE, such as material.shell.roughness=0.4";
+    let (name, value) = text.split_once('=').ok_or(mend)?;
+    match value.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && !name.trim().is_empty() => Ok((name.trim().to_owned(), value)),
+        _ => Err(mend.to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn halves_need_an_even_number() {
+        assert_eq!(samples("64"), Ok(64));
+        for bad in ["0", "1", "7", "-2", "x", "99999998"] {
+            assert!(samples(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_start_is_a_name_and_a_finite_value() {
+        assert_eq!(assignment("a.b = 0.5"), Ok(("a.b".to_owned(), 0.5)));
+        for bad in ["a.b", "=1", "a=", "a=nan", "a=inf", "a=1=2"] {
+            assert!(assignment(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! `gonio fit`: from a capture to estimates, a fitted capture and a report.
+
+mod pictures;
+
+use super::open;
+use crate::arguments::FitArguments;
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::interrupt::Interrupt;
+use crate::output::{Output as Folder, to_json};
+use crate::progress::{Console, FitConsole};
+use crate::relocate::relocate;
+use gonio::farm::OpenCapture;
+use gonio::report::{Panel, Report};
+use gonio_fit::{Checkpoint, FitEvent, FitResult, Options};
+use gonio_scene::capture::CAPTURE_FILE;
+use gonio_scene::{Capture, Photograph};
+
+const RESULT: &str = "fit.json";
+const REPORT: &str = "report.html";
+const CHECKPOINT: &str = "checkpoint.json";
+
+/// Samples per pixel that a fit begins with, where it may take as many.
+const FIRST_SAMPLES: u32 = 4;
+
+/// Fits and writes.
+///
+/// # Errors
+/// A broken capture or photograph, options that make no fit, a checkpoint of another fit, a farm that fails, a folder
+/// that cannot be written to, Ctrl-C (after everything that was reached has been written).
+pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
+    let note = "stopping and keeping what is done; again to kill";
+    let interrupt = Interrupt::listen(if arguments.farm.json { "" } else { note })?;
+    let mut input = Input::open(&arguments.capture)?;
+    free(&mut input.capture, arguments)?;
+    // All of them, the held-out too: an hour's fit should not end at a photo that cannot be read.
+    for photo in &input.capture.photos {
+        Photograph::load(&input.capture, photo, &input.files)?;
+    }
+    let written = [CAPTURE_FILE, RESULT, REPORT, CHECKPOINT].map(str::to_owned);
+    let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;
+    let options = options(arguments, &folder)?;
+    let mut console = Console::new(arguments.farm.json);
+    let mut farm = open(&arguments.farm, &input)?;
+
+    let result = fit(&input.capture, &mut farm, &options, &mut console, &interrupt)?;
+    let fitted = result.apply(&input.capture)?;
+    write_capture(&fitted, &input, &folder)?;
+    folder.write(RESULT, pretty(&result)?.as_bytes())?;
+    let panels = if interrupt.is_asked() {
+        Ok(Vec::new())
+    } else {
+        pictures::panels(&fitted, &input.files, &mut farm, &result, &mut console, &interrupt)
+    };
+    write_report(&folder, &result, panels.as_deref().unwrap_or_default())?;
+    console.end();
+    if arguments.farm.json {
+        println!("{}", to_json(&result)?);
+    } else {
+        tell(&result, &folder);
+    }
+    panels?;
+    if interrupt.is_asked() {
+        let text = format!("interrupted; continue with --resume --out {}", folder.dir().display());
+        return Err(Failure::Interrupted(text));
+    }
+    Ok(())
+}
+
+fn fit(
+    capture: &Capture,
+    farm: &mut OpenCapture,
+    options: &Options,
+    console: &mut Console,
+    interrupt: &Interrupt,
+) -> Result<FitResult, Failure> {
+    let mut view = FitConsole::new(console);
+    let mut observer = |event: &FitEvent| {
+        view.show(event);
+        interrupt.flow()
+    };
+    Ok(gonio_fit::fit(capture, farm, options, &mut observer)?)
+}
+
+/// Frees what the arguments name instead of what the capture does.
+fn free(capture: &mut Capture, arguments: &FitArguments) -> Result<(), Failure> {
+    if let Some(names) = &arguments.free {
+        capture.fit.parameters.clone_from(names);
+        capture.fit.gray.retain(|gray| names.contains(gray));
+    }
+    if let Some(gray) = &arguments.gray {
+        capture.fit.gray.clone_from(gray);
+    }
+    capture.free_parameters()?;
+    Ok(())
+}
+
+fn options(arguments: &FitArguments, folder: &Folder) -> Result<Options, Failure> {
+    let checkpoint = folder.path(CHECKPOINT);
+    let resume = if arguments.resume { Some(Checkpoint::read(&checkpoint)?) } else { None };
+    Ok(Options {
+        solver: arguments.solver,
+        seed: arguments.seed,
+        min_samples: FIRST_SAMPLES.min(arguments.samples),
+        max_samples: arguments.samples,
+        max_iterations: arguments.max_iterations,
+        start: arguments.start.clone(),
+        checkpoint: Some(checkpoint),
+        resume,
+        ..Options::default()
+    })
+}
+
+/// Writes the fitted capture so that it can be used from where it lies.
+fn write_capture(fitted: &Capture, input: &Input, folder: &Folder) -> Result<(), Failure> {
+    let mut here = fitted.clone();
+    relocate(&mut here, &input.root, folder.dir())?;
+    folder.write(CAPTURE_FILE, here.to_toml()?.as_bytes())?;
+    Ok(())
+}
+
+fn write_report(folder: &Folder, result: &FitResult, panels: &[Panel]) -> Result<(), Failure> {
+    let command = std::env::args().map(|word| quoted(&word)).collect::<Vec<_>>().join(" ");
+    let report = Report { result, panels, command: &command, version: env!("CARGO_PKG_VERSION") };
+    folder.write(REPORT, report.page().as_bytes())?;
+    Ok(())
+}
+
+/// A word of the command as a shell reads it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+fn pretty(result: &FitResult) -> Result<String, Failure> {
+    serde_json::to_string_pretty(result).map_err(|error| Failure::Failed(format!("the result is no JSON: {error}")))
+}
+
+/// The result in a few lines, for people.
+fn tell(result: &FitResult, folder: &Folder) {
+    let width = result.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
+    for p in &result.parameters {
+        let error = p.standard_error.map_or_else(|| "undetermined".to_owned(), |e| format!("± {e:.2e}"));
+        println!("{:width$}  {:>12.6}  {error}", p.name, p.value);
+    }
+    let held = result.held_out.as_ref().map(|h| format!(", held out {:.4}", h.reduced_chi_square)).unwrap_or_default();
+    let ended = if result.converged { "converged" } else { "not converged" };
+    println!(
+        "{ended} after {} iterations in {:.1} s; reduced chi-square {:.4}{held}",
+        result.iterations, result.seconds, result.fit.reduced_chi_square
+    );
+    for warning in &result.warnings {
+        println!("warning: {warning}");
+    }
+    println!("wrote {CAPTURE_FILE}, {RESULT}, {REPORT} to {}", folder.dir().display());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn words_are_quoted_where_a_shell_needs_it() {
+        assert_eq!(quoted("--start"), "--start");
+        assert_eq!(quoted("a b"), "'a b'");
+        assert_eq!(quoted("it's"), "'it'\\''s'");
+        assert_eq!(quoted(""), "''");
+    }
+}

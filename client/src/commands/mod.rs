@@ -1,0 +1,63 @@
+//! The subcommands, one file or folder each.
+
+pub mod check;
+pub mod fit;
+pub mod render;
+
+use crate::arguments::FarmArguments;
+use crate::failure::Failure;
+use crate::input::Input;
+use gonio::farm::{Farm, OpenCapture};
+use gonio_scene::Capture;
+
+/// Opens the capture on the farm that the arguments name: embedded, or behind a URL.
+fn open(arguments: &FarmArguments, input: &Input) -> Result<OpenCapture, Failure> {
+    let farm = match &arguments.farm {
+        None => Farm::embedded(arguments.threads)?,
+        Some(url) => Farm::connect(url)?,
+    };
+    Ok(farm.open(&input.files)?)
+}
+
+/// Pixels whose films are held in memory at once: 200 MB of them.
+const BATCH_PIXELS: u64 = 1 << 24;
+
+/// `photos` in batches, so that memory does not grow with their number.
+fn batches(capture: &Capture, photos: &[usize]) -> Vec<Vec<usize>> {
+    let mut batches: Vec<Vec<usize>> = Vec::new();
+    let mut pixels = u64::MAX;
+    for &photo in photos {
+        let size = photo_pixels(capture, photo);
+        pixels = pixels.saturating_add(size);
+        match batches.last_mut() {
+            Some(batch) if pixels <= BATCH_PIXELS => batch.push(photo),
+            _ => {
+                pixels = size;
+                batches.push(vec![photo]);
+            }
+        }
+    }
+    batches
+}
+
+/// Pixels of the photo with index `photo`.
+fn photo_pixels(capture: &Capture, photo: usize) -> u64 {
+    capture.photos.get(photo).map_or(0, |photo| {
+        let camera = capture.camera_of(photo);
+        u64::from(camera.width) * u64::from(camera.height)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gonio_scene::capture::{Camera, Photo};
+
+    #[test]
+    fn batches_keep_the_order_and_bound_the_pixels() {
+        let camera = Camera { width: 3000, height: 2000, ..Camera::default() };
+        let capture = Capture { camera, photos: vec![Photo::default(); 5], ..Capture::default() };
+        assert_eq!(batches(&capture, &[4, 0, 1, 2, 3]), [vec![4, 0], vec![1, 2], vec![3]]);
+        assert!(batches(&capture, &[]).is_empty());
+    }
+}

@@ -1,0 +1,28 @@
+//! The `gonio` command line.
+
+mod arguments;
+mod commands;
+mod failure;
+mod input;
+mod interrupt;
+mod output;
+mod progress;
+mod relocate;
+
+use arguments::{Arguments, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "error".into());
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let (result, json) = match Arguments::parse().command {
+        Command::Render(arguments) => (commands::render::run(&arguments), arguments.farm.json),
+        Command::Fit(arguments) => (commands::fit::run(&arguments), arguments.farm.json),
+        Command::Check(arguments) => (commands::check::run(&arguments), arguments.json),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.tell(json),
+    }
+}

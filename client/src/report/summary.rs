@@ -1,0 +1,53 @@
+//! The first sentences: how the fit ended, how well it matches, what to beware of.
+
+use super::Panel;
+use super::html::{escape, significant};
+use gonio_fit::FitResult;
+
+/// The opening section.
+pub(super) fn section(result: &FitResult, panels: &[Panel]) -> String {
+    let ended = if result.converged {
+        format!("The fit converged after {} iterations in {:.1} s.", result.iterations, result.seconds)
+    } else {
+        format!(
+            "The fit did not converge: it ended after {} iterations and {:.1} s, and the values below are those it had reached.",
+            result.iterations, result.seconds
+        )
+    };
+    let mut text = format!("<p class=\"summary\"><strong>{ended}</strong> {}", matches(result));
+    if let Some(held) = &result.held_out {
+        let psnr = held.psnr.map(|psnr| format!(", PSNR {psnr:.1} dB")).unwrap_or_default();
+        text += &format!(
+            " On the held-out photos, which it has not seen, reduced chi-square is {}{psnr}.",
+            significant(held.reduced_chi_square, 4)
+        );
+    }
+    text += "</p>\n";
+    if panels.is_empty() {
+        text += "<p>There are no pictures: the fit was interrupted before they were rendered.</p>\n";
+    }
+    text + &warnings(&result.warnings)
+}
+
+fn matches(result: &FitResult) -> String {
+    let chi = result.fit.reduced_chi_square;
+    let verdict = match chi {
+        x if x < 0.8 => "The renders match the fitted photos better than the stated noise allows: it is overstated",
+        x if x < 1.1 => "The renders match the fitted photos to within their noise",
+        x if x < 1.5 => "The renders match the fitted photos slightly worse than noise explains",
+        _ => "The model does not explain the fitted photos, or their noise is understated",
+    };
+    format!(
+        "{verdict} (reduced chi-square {}, RMSE {} in photo values).",
+        significant(chi, 4),
+        significant(result.fit.rmse, 3)
+    )
+}
+
+fn warnings(warnings: &[String]) -> String {
+    if warnings.is_empty() {
+        return String::new();
+    }
+    let items: String = warnings.iter().map(|warning| format!("<li>{}</li>\n", escape(warning))).collect();
+    format!("<section class=\"warnings\">\n<h2>Warnings</h2>\n<ul>\n{items}</ul>\n</section>\n")
+}

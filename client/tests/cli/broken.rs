@@ -54,7 +54,7 @@ const CASES: &[(&str, Break, &[&str])] = &[
     ),
     (
         "no rotation",
-        |r| replace(r, "camera_to_world = [[", "camera_to_world = [[9"),
+        |r| replace(r, "camera_to_world = [[-0.29", "camera_to_world = [[-0.99"),
         &["photos/00.exr.camera_to_world", "rotation"],
     ),
     ("missing mesh", |r| std::fs::remove_file(r.join("ball.ply")).unwrap(), &["ball.ply", "does not exist"]),

@@ -16,7 +16,7 @@ fn summarises_what_is_there() {
     assert_eq!(result["lights"][0]["kind"], "point");
     assert_eq!(result["parameters"].as_array().unwrap().len(), 5);
     let names = result["numbers"].as_array().unwrap();
-    assert!(names.iter().any(|n| n["name"] == "material.shell.ior" && n["min"] == 1.0 && n["max"] == 4.0));
+    assert!(names.iter().any(|n| n["name"] == "material.shell.ior" && n["value"] == 1.5 && n["max"] == 4.0));
     let text = succeeds(top.path(), &["check", "capture/capture.toml"]);
     assert!(text.contains("ball") && text.ends_with("valid, with 0 warnings\n"), "{text}");
 }

@@ -71,9 +71,11 @@ pub fn run(arguments: &CheckArguments) -> Result<(), Failure> {
         }
         print!("{}", text::text(&summary));
     }
+    let path = arguments.capture.display();
     match summary.errors.len() {
         0 => Ok(()),
-        n => Err(Failure::Input(format!("{}: {n} errors; mend them and check again", arguments.capture.display()))),
+        1 => Err(Failure::Input(format!("{path}: 1 error; mend it and check again"))),
+        n => Err(Failure::Input(format!("{path}: {n} errors; mend them and check again"))),
     }
 }
 

@@ -20,7 +20,7 @@
 
 use super::merge::MergedFilm;
 use super::recipe::Recipe;
-use super::weight::{VarianceMap, weigh};
+use super::weight::{VarianceMap, score, weigh};
 use gonio_scene::capture::Sensor;
 use gonio_scene::film::{PixelSet, Tile};
 use gonio_scene::{PhotoStatistics, Photograph};
@@ -94,8 +94,9 @@ fn compare_channel(
     // Mean and half difference of the halves: (X_A Y_B + X_B Y_A) / 2 = mean_X mean_Y - half_X half_Y.
     let (mut mean, mut half) = (vec![0.0; side], vec![0.0; side]);
     for p in &predictions {
-        let weight = weigh(observed.sensor.variance(p.mean), variances.at(p.index), peak);
-        let w = weight.weight;
+        let (sensor, render) = (observed.sensor.variance(p.mean), variances.at(p.index));
+        let w = weigh(sensor, render, peak).weight;
+        let score = score(sensor, render, peak);
         mean[0] = p.mean - p.measured;
         half[0] = 0.5 * p.difference;
         let (a, b) = (film.pixel(0, p.pixel), film.pixel(1, p.pixel));
@@ -111,9 +112,9 @@ fn compare_channel(
         add_products(&mut gram, &mean, &half, w);
         let square = mean[0] * mean[0];
         sums.observations += 1;
-        sums.chi_square += w * square;
+        sums.chi_square += score.weight * square;
         sums.squared_error += square;
-        sums.log_variance += libm::log(weight.variance);
+        sums.log_variance += libm::log(score.variance);
         sums.loss_variance += w * w * square * p.difference * p.difference;
         sums.peak = sums.peak.max(p.measured);
     }

@@ -14,8 +14,10 @@ const SMALLEST: f64 = 1e-12;
 /// The render's variance at one observation, and how well it is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderVariance {
-    /// Variance of the mean of the halves.
+    /// Variance of the mean of the halves, by the neighbours.
     pub value: f64,
+    /// The pixel's own (A - B)^2 / 4: one degree of freedom.
+    pub own: f64,
     /// Independent pixels that it was estimated from; at least 1.
     pub pixels: f64,
 }
@@ -62,9 +64,9 @@ impl VarianceMap {
             (total, count) = ((self.total - own).max(0.0), self.count - 1);
         }
         if count == 0 {
-            return RenderVariance { value: own, pixels: 1.0 };
+            return RenderVariance { value: own, own, pixels: 1.0 };
         }
-        RenderVariance { value: total / f64::from(count), pixels: f64::from(count) }
+        RenderVariance { value: total / f64::from(count), own, pixels: f64::from(count) }
     }
 }
 
@@ -90,6 +92,33 @@ pub fn weigh(sensor: f64, render: RenderVariance, peak: f64) -> Weight {
     Weight { weight: 1.0 / (variance * (1.0 + excess)), variance }
 }
 
+/// The weight of a squared residual in a chi-square, which, unlike a fit, may look at the pixel's own noise.
+///
+/// At silhouettes and in caustics a pixel's noise is a hundred times its neighbours', whose mean then says nothing; the
+/// pixel's own estimate says it with one degree of freedom X. The mean of both stays in bounds everywhere. With a render's
+/// share s of the variance and Gaussian noise 1 / V then has the mean g(s) = E[1 / (1 - s + s (1 + X) / 2)], 1.31 at
+/// s = 1, which is divided out, as is the neighbours' own noise to second order.
+#[must_use]
+pub fn score(sensor: f64, render: RenderVariance, peak: f64) -> Weight {
+    let smallest = (SMALLEST * peak * peak).max(f64::MIN_POSITIVE.sqrt());
+    let variance = (sensor + 0.5 * (render.own + render.value)).max(smallest);
+    // From the neighbours alone, so that the correction does not depend on the noise that it corrects for.
+    let share = render.value / (sensor + render.value).max(smallest);
+    let neighbours = 1.0 + 0.9 / render.pixels * share * share;
+    Weight { weight: 1.0 / (variance * excess(share) * neighbours), variance }
+}
+
+/// g(s): E[1 / (a + X)] = sqrt(pi / 2a) exp(a / 2) erfc(sqrt(a / 2)) with a = (2 - s) / s.
+fn excess(share: f64) -> f64 {
+    if share < 0.05 {
+        // Its series, where the closed form loses its digits: 1 + s^2 Var((1 + X) / 2).
+        return 1.0 + 0.5 * share * share;
+    }
+    let a = (2.0 - share) / share;
+    let mean = (std::f64::consts::PI / (2.0 * a)).sqrt() * libm::exp(0.5 * a) * libm::erfc((0.5 * a).sqrt());
+    2.0 / share * mean
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -101,26 +130,42 @@ mod tests {
         let mut own = vec![Some(1.0); 42];
         own[3 * 6 + 3] = Some(1000.0);
         let map = VarianceMap::new(TILE, own);
-        assert_eq!(map.at(3 * 6 + 3), RenderVariance { value: 1.0, pixels: 24.0 });
-        assert_eq!(map.at(3 * 6 + 2), RenderVariance { value: 1023.0 / 24.0, pixels: 24.0 });
-        assert_eq!(map.at(0), RenderVariance { value: 1.0, pixels: 8.0 });
+        assert_eq!(map.at(3 * 6 + 3), RenderVariance { value: 1.0, own: 1000.0, pixels: 24.0 });
+        assert_eq!(map.at(3 * 6 + 2), RenderVariance { value: 1023.0 / 24.0, own: 1.0, pixels: 24.0 });
+        assert_eq!(map.at(0), RenderVariance { value: 1.0, own: 1.0, pixels: 8.0 });
     }
 
     #[test]
     fn only_pixels_that_count_speak() {
         let mut own = vec![None; 42];
         own[0] = Some(4.0);
-        assert_eq!(VarianceMap::new(TILE, own.clone()).at(0), RenderVariance { value: 4.0, pixels: 1.0 });
+        assert_eq!(VarianceMap::new(TILE, own.clone()).at(0), RenderVariance { value: 4.0, own: 4.0, pixels: 1.0 });
         own[41] = Some(2.0);
-        assert_eq!(VarianceMap::new(TILE, own.clone()).at(0), RenderVariance { value: 2.0, pixels: 1.0 });
+        assert_eq!(VarianceMap::new(TILE, own.clone()).at(0), RenderVariance { value: 2.0, own: 4.0, pixels: 1.0 });
         own[40] = Some(4.0);
-        assert_eq!(VarianceMap::new(TILE, own).at(0), RenderVariance { value: 3.0, pixels: 2.0 });
+        assert_eq!(VarianceMap::new(TILE, own).at(0), RenderVariance { value: 3.0, own: 4.0, pixels: 2.0 });
+    }
+
+    /// The mean of 1 / V over chi-square noise, by quadrature over the normal deviate, is undone at every share.
+    #[test]
+    fn the_correction_makes_scores_unbiased() {
+        for share in [0.01, 0.049, 0.051, 0.2, 0.5, 0.9, 1.0] {
+            let (mut mean, mut mass) = (0.0, 0.0);
+            for k in -4000..=4000 {
+                let z = f64::from(k) * 0.002;
+                let density = libm::exp(-0.5 * z * z);
+                let render = RenderVariance { own: share * z * z, value: share, pixels: 1e9 };
+                mean += density * score(1.0 - share, render, 0.0).weight;
+                mass += density;
+            }
+            assert!((mean / mass - 1.0).abs() < 2e-4, "share {share}: {}", mean / mass);
+        }
     }
 
     #[test]
     fn a_sensor_without_noise_gets_no_infinite_weight() {
-        let weight = weigh(0.0, RenderVariance { value: 0.0, pixels: 24.0 }, 2.0);
+        let weight = weigh(0.0, RenderVariance { value: 0.0, own: 0.0, pixels: 24.0 }, 2.0);
         assert_eq!(weight.variance, 4e-12);
-        assert!(weigh(0.0, RenderVariance { value: 0.0, pixels: 24.0 }, 0.0).weight.is_finite());
+        assert!(weigh(0.0, RenderVariance { value: 0.0, own: 0.0, pixels: 24.0 }, 0.0).weight.is_finite());
     }
 }

@@ -130,6 +130,7 @@ mod tests {
         name = "o"
         mesh = "part.gltf"
         material = "m"
+        object_to_world = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
         [[light]]
         name = "sky"
         kind = "environment"

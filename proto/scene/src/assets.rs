@@ -37,7 +37,11 @@ impl Assets {
                 let image = image::read(files, map)?;
                 if let Some(i) = image.pixels.iter().position(|p| p.iter().any(|c| *c < 0.0)) {
                     let (x, y) = (i % image.width as usize, i / image.width as usize);
-                    return Err(SceneError::new(map, format!("has negative light at pixel ({x}, {y})"), "clamp it to 0"));
+                    return Err(SceneError::new(
+                        map,
+                        format!("has negative light at pixel ({x}, {y})"),
+                        "clamp it to 0",
+                    ));
                 }
                 assets.maps.insert(map.clone(), Arc::new(image));
             }
@@ -110,7 +114,9 @@ impl Photograph {
         let counts: Vec<bool> = image.pixels.iter().zip(&mask).map(|(p, m)| *m && !is_clipped(p)).collect();
         if !counts.contains(&true) {
             let problem = if clipped > 0 { "has no pixel that is not clipped" } else { "has an empty mask" };
-            return Err(SceneError::new(&photo.file, problem, "mend the mask or the exposure, or remove the photo").at(key));
+            return Err(
+                SceneError::new(&photo.file, problem, "mend the mask or the exposure, or remove the photo").at(key)
+            );
         }
         Ok(Self { image, counts, clipped })
     }

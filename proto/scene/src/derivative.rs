@@ -79,12 +79,15 @@ impl Plan {
     pub fn new(capture: &Capture, columns: &[Parameter]) -> Result<Self> {
         let mut plan = Self::default();
         for parameter in columns {
-            let sources =
-                parameter.terms.iter().map(|t| source(capture, &t.number)).collect::<Result<Vec<_>>>()?;
+            let sources = parameter.terms.iter().map(|t| source(capture, &t.number)).collect::<Result<Vec<_>>>()?;
             let column = if sources.iter().any(|s| matches!(s, Source::Difference)) {
                 if sources.iter().any(|s| matches!(s, Source::Photo { .. })) {
-                    return Err(SceneError::new("request", "moves geometry and a photo's gain together", "separate them")
-                        .at(parameter.name.as_str()));
+                    return Err(SceneError::new(
+                        "request",
+                        "moves geometry and a photo's gain together",
+                        "separate them",
+                    )
+                    .at(parameter.name.as_str()));
                 }
                 let plane = plan.plane(Plane::Difference { terms: parameter.terms.clone(), step: step(parameter) });
                 vec![Contribution::Plane { plane, channel: None, factor: 1.0 }]
@@ -134,7 +137,8 @@ fn source(capture: &Capture, number: &str) -> Result<Source> {
         None => (key, None),
     };
     Ok(match (owner, base, channel) {
-        (Owner::Material, _, Some(channel)) | (Owner::Light, "intensity" | "irradiance" | "radiance", Some(channel)) => {
+        (Owner::Material, _, Some(channel))
+        | (Owner::Light, "intensity" | "irradiance" | "radiance", Some(channel)) => {
             Source::Colour { prefix: number[..number.len() - 2].to_owned(), channel }
         }
         (Owner::Material, ..) | (Owner::Light, "scale", None) => Source::Scalar,
@@ -161,9 +165,7 @@ fn split<'n>(capture: &Capture, number: &'n str) -> Option<(Owner, &'n str)> {
         "material" => capture.materials.iter().find_map(|m| strip(&m.name)).map(|k| (Owner::Material, k)),
         "object" => capture.objects.iter().find_map(|o| strip(&o.name)).map(|k| (Owner::Object, k)),
         "light" => capture.lights.iter().find_map(|l| strip(&l.name)).map(|k| (Owner::Light, k)),
-        "photo" => {
-            capture.photos.iter().enumerate().find_map(|(i, p)| strip(p.name()).map(|k| (Owner::Photo(i), k)))
-        }
+        "photo" => capture.photos.iter().enumerate().find_map(|(i, p)| strip(p.name()).map(|k| (Owner::Photo(i), k))),
         _ => None,
     }
 }

@@ -8,7 +8,15 @@ pub const TILE: u32 = 32;
 /// capture's list. `incidence` is the angle between the normal and the view, `half` the angle between the normal and
 /// the half vector of view and first point-like light that is on (0 where there is none), in radians.
 pub const FIRST_HIT_CHANNELS: [&str; 10] = [
-    "depth", "normal.x", "normal.y", "normal.z", "object", "position.x", "position.y", "position.z", "half",
+    "depth",
+    "normal.x",
+    "normal.y",
+    "normal.z",
+    "object",
+    "position.x",
+    "position.y",
+    "position.z",
+    "half",
     "incidence",
 ];
 

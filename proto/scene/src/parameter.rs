@@ -65,7 +65,9 @@ impl Capture {
             }
         })?;
         if let Some((name, value, range)) = outside {
-            return Err(SceneError::new(CAPTURE_FILE, format!("is set to {value}"), format!("it must be {range}")).at(name));
+            return Err(
+                SceneError::new(CAPTURE_FILE, format!("is set to {value}"), format!("it must be {range}")).at(name)
+            );
         }
         match left.keys().next() {
             Some(name) => Err(self.unknown_number(name)),
@@ -92,8 +94,12 @@ impl Capture {
         for full in names {
             let name = full.strip_suffix(":rgb").unwrap_or(full);
             if name.starts_with("sensor.") {
-                return Err(SceneError::new(CAPTURE_FILE, format!("frees {name}, which no residual determines"), "remove it")
-                    .at("fit.parameters"));
+                return Err(SceneError::new(
+                    CAPTURE_FILE,
+                    format!("frees {name}, which no residual determines"),
+                    "remove it",
+                )
+                .at("fit.parameters"));
             }
             let parts: Vec<(&String, f64, Range)> = match numbers.get_key_value(name) {
                 Some((n, (v, r))) => vec![(n, *v, *r)],
@@ -114,14 +120,19 @@ impl Capture {
             }
         }
         if let Some(g) = gray.iter().find(|g| !names.contains(g)) {
-            return Err(SceneError::new(CAPTURE_FILE, format!("names {g}, which is not freed"), "list it in fit.parameters too")
-                .at("fit.gray"));
+            return Err(SceneError::new(
+                CAPTURE_FILE,
+                format!("names {g}, which is not freed"),
+                "list it in fit.parameters too",
+            )
+            .at("fit.gray"));
         }
         let mut seen = std::collections::BTreeSet::new();
         for number in out.iter().flat_map(|p| &p.terms).map(|t| &t.number) {
             if !seen.insert(number) {
-                return Err(SceneError::new(CAPTURE_FILE, format!("frees {number} twice"), "list it once")
-                    .at("fit.parameters"));
+                return Err(
+                    SceneError::new(CAPTURE_FILE, format!("frees {number} twice"), "list it once").at("fit.parameters")
+                );
             }
         }
         Ok(out)
@@ -130,8 +141,7 @@ impl Capture {
     fn unknown_number(&self, name: &str) -> SceneError {
         let numbers = self.numbers();
         let prefix = name.rsplit_once('.').map_or(name, |(p, _)| p);
-        let near: Vec<&str> =
-            numbers.keys().filter(|n| n.starts_with(prefix)).map(String::as_str).take(8).collect();
+        let near: Vec<&str> = numbers.keys().filter(|n| n.starts_with(prefix)).map(String::as_str).take(8).collect();
         let mend = if near.is_empty() {
             "`gonio check` lists every number's name".to_owned()
         } else {

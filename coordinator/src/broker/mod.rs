@@ -155,7 +155,7 @@ impl Broker {
     pub fn fail(&self, worker: u64, id: AttemptId, text: &str) {
         let mut state = self.state();
         if let Some(entry) = state.entry(id).filter(|entry| entry.tasks.is_held(id.task, id.attempt, worker)) {
-            entry.active.end(Err(Failure::of_request(text)));
+            entry.active.end(Err(Failure::of_request(gonio_proto::convert::text(text))));
         }
     }
 

@@ -70,7 +70,8 @@ pub(crate) fn named(field: &str, value: String, limit: usize) -> Result<String> 
 }
 
 /// A text for people, cut where it is too long, and without control characters: it ends up in logs and terminals.
-pub(crate) fn text(value: &str) -> String {
+#[must_use]
+pub fn text(value: &str) -> String {
     let mut end = value.len().min(limits::TEXT_BYTES);
     while !value.is_char_boundary(end) {
         end -= 1;

@@ -1,0 +1,173 @@
+//! A capture in a coordinator's store, and a worker whose every word the test chooses.
+
+#![allow(dead_code)] // Each test uses its own part.
+
+use futures::StreamExt;
+use gonio_coordinator::Coordinator;
+use gonio_coordinator::broker::ToWorker;
+use gonio_coordinator::store::Blobs;
+use gonio_proto::convert::event::{Event, FilmCollector};
+use gonio_proto::convert::film::film_to_wire;
+use gonio_proto::convert::manifest::pack;
+use gonio_proto::convert::request::request_to_wire;
+use gonio_proto::convert::task::{AttemptId, Task};
+use gonio_proto::wire::{self, from_worker, to_worker};
+use gonio_proto::Digest;
+use gonio_scene::film::TileFilm;
+use gonio_scene::files::{Files, MemoryFiles};
+use gonio_scene::{EvaluationRequest, Film, Output};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::mpsc;
+use tokio_stream::wrappers::{ReceiverStream, UnboundedReceiverStream};
+use tonic::Status;
+
+/// Of every test's coordinator.
+pub const LEASE: Duration = Duration::from_secs(30);
+
+const TOML: &str = r#"
+    format = 1
+    name = "two tiles"
+    camera = { width = 64, height = 32, fx = 60.0, fy = 60.0, cx = 32.0, cy = 16.0 }
+    [[photo]]
+    file = "none.exr"
+    camera_to_world = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+"#;
+
+/// A coordinator whose store holds a capture of one photo of two tiles.
+pub async fn coordinator() -> (Coordinator, Digest) {
+    let coordinator = Coordinator::new(Blobs::in_memory(), LEASE);
+    let files = MemoryFiles([("capture.toml".to_owned(), Arc::from(TOML.as_bytes()))].into());
+    let digest = store(&coordinator, &files).await;
+    (coordinator, digest)
+}
+
+/// Puts a capture into a coordinator's store.
+pub async fn store(coordinator: &Coordinator, files: &MemoryFiles) -> Digest {
+    let packed = pack(files).unwrap();
+    for (path, (digest, _)) in &packed.manifest.files {
+        let blob = bytes::Bytes::from_owner(files.read(path).unwrap());
+        coordinator.blobs.put(*digest, blob).await.unwrap();
+    }
+    let manifest = packed.manifest.to_blob();
+    let digest = Digest::of(&manifest);
+    coordinator.blobs.put(digest, manifest).await.unwrap();
+    digest
+}
+
+/// A request for the photo's film: two tiles times `chunks` tasks.
+pub fn request(digest: Digest, chunks: u32) -> wire::EvaluationRequest {
+    let request = EvaluationRequest {
+        numbers: vec![],
+        columns: vec![],
+        photos: vec![0],
+        samples: chunks * 128,
+        seed: 3,
+        output: Output::Films,
+    };
+    request_to_wire(digest, &request)
+}
+
+/// A worker played by the test.
+pub struct Script {
+    pub say: mpsc::Sender<Result<wire::FromWorker, Status>>,
+    hear: UnboundedReceiverStream<ToWorker>,
+}
+
+impl Script {
+    /// Connects; says nothing yet.
+    pub fn silent(coordinator: &Coordinator) -> Self {
+        let (say, receiver) = mpsc::channel(64);
+        Self { say, hear: coordinator.work(ReceiverStream::new(receiver)) }
+    }
+
+    /// Connects, says hello, is welcomed, asks for `tasks`.
+    pub async fn join(coordinator: &Coordinator, tasks: u32) -> Self {
+        let mut script = Self::silent(coordinator);
+        let version = gonio_proto::VERSION.to_owned();
+        script.says(from_worker::Message::Hello(wire::Hello { name: "script".into(), slots: 1, version })).await;
+        assert!(matches!(script.hears().await, to_worker::Message::Welcome(_)));
+        script.asks(tasks).await;
+        script
+    }
+
+    pub async fn says(&self, message: from_worker::Message) {
+        self.say.send(Ok(wire::FromWorker { message: Some(message) })).await.unwrap();
+    }
+
+    pub async fn asks(&self, tasks: u32) {
+        self.says(from_worker::Message::Ask(wire::Ask { tasks })).await;
+    }
+
+    /// What the coordinator says next.
+    pub async fn hears(&mut self) -> to_worker::Message {
+        self.hear.next().await.expect("the stream ended").unwrap().message.unwrap()
+    }
+
+    /// Why the coordinator ended the stream.
+    pub async fn refusal(&mut self) -> Status {
+        loop {
+            match self.hear.next().await {
+                Some(Ok(_)) => {}
+                Some(Err(status)) => return status,
+                None => panic!("ended without a reason"),
+            }
+        }
+    }
+
+    /// The next task; the setup that comes before the first is passed over.
+    pub async fn task(&mut self) -> Task {
+        loop {
+            match self.hears().await {
+                to_worker::Message::Task(task) => return Task::try_from(task).unwrap(),
+                to_worker::Message::Setup(_) => {}
+                other => panic!("no task but {other:?}"),
+            }
+        }
+    }
+
+    /// Sends the good result of a task.
+    pub async fn commits(&self, task: &Task) {
+        self.sends(task.id, &film(task)).await;
+    }
+
+    pub async fn sends(&self, id: AttemptId, film: &TileFilm) {
+        for message in film_to_wire(id, film, Duration::ZERO) {
+            self.say.send(Ok(message)).await.unwrap();
+        }
+    }
+
+    pub async fn renews(&self, tasks: &[&Task]) {
+        let attempts = tasks.iter().map(|task| task.id.into()).collect();
+        self.says(from_worker::Message::Renew(wire::Renew { attempts })).await;
+    }
+}
+
+/// What an honest worker returns for a task, of magnitudes so different that the order of addition shows.
+pub fn film(task: &Task) -> TileFilm {
+    let value = |i: usize| {
+        let z = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_mul(u64::from(task.samples.start) + 7);
+        (z >> 40) as f32 * [1.0, 1e-5, 300.0][(task.samples.start as usize / 64) % 3]
+    };
+    let data = (0..2 * 3 * task.pixels.count()).map(value).collect();
+    TileFilm { pixels: task.pixels.count(), channels: 3, halves: 2, data, invalid_samples: 0 }
+}
+
+/// The end of an evaluation: its films, or why there are none.
+pub async fn answer(mut events: ReceiverStream<wire::EvaluationEvent>) -> Result<Vec<Film>, String> {
+    let mut films = FilmCollector::default();
+    while let Some(event) = events.next().await {
+        match Event::try_from(event).unwrap() {
+            Event::Film(chunk) => films.add(chunk).unwrap(),
+            Event::Finished(_) => return Ok(films.finish().unwrap()),
+            Event::Failed { text, .. } => return Err(text),
+            _ => {}
+        }
+    }
+    panic!("the stream ended without an end");
+}
+
+/// The bits of films.
+pub fn bits(films: &[Film]) -> Vec<u32> {
+    films.iter().flat_map(|f| &f.channels).flatten().map(|v| v.to_bits()).collect()
+}

@@ -4,15 +4,16 @@ use clap::{Args, Parser, Subcommand};
 use gonio_fit::SolverName;
 use std::path::PathBuf;
 
+/// Paragraphs are one line each: clap wraps them to the terminal.
 const EXIT_CODES: &str = "\
 Exit codes:
-  0    done (a fit that ran out of iterations says so in its warnings and in fit.json: \"converged\")
+  0    done; a fit that ran out of iterations says so in its warnings and in fit.json (\"converged\")
   1    the farm or the machine failed: another try may succeed
   2    bad input or usage: the message names the file, the key and the mend
-  130  interrupted: what was reached by then is kept; `gonio fit --resume` continues it
+  130  interrupted: what a fit had reached is kept, and `gonio fit --resume` continues it
 
-CAPTURE is a capture's folder or its capture.toml. Results go to stdout, progress and errors to stderr; with --json both
-are JSON: one object on stdout, one event per line on stderr. RUST_LOG=info shows what the farm logs.";
+CAPTURE is a capture's folder or its capture.toml. Results go to stdout, progress and errors to stderr. With --json, \
+stdout is one JSON object and stderr one JSON event per line. RUST_LOG=info shows what the farm logs.";
 
 /// Fits light and material to photographs by analysis-by-synthesis over a render farm.
 #[derive(Debug, Parser)]

@@ -119,9 +119,9 @@ impl Console {
     fn message(&self, progress: &Progress) -> String {
         let mut text = format!("{} samples/s", metric(self.rate(progress)));
         if progress.loss != 0.0 {
-            text += &format!("  loss {:.4} ± {:.4}", progress.loss, progress.loss_standard_error);
+            text += &format!("  debiased loss {:.4} ± {:.4}", progress.loss, progress.loss_standard_error);
         }
-        if progress.workers != 1 {
+        if progress.tasks > 0 && progress.workers != 1 {
             text += &format!("  {} workers", progress.workers);
         }
         text

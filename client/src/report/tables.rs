@@ -57,7 +57,7 @@ pub(super) fn photos(panels: &[Panel]) -> String {
     format!(
         "<section>\n<h2>Photos</h2>\n<div class=\"wide\"><table>\n<caption>Reduced chi-square is 1 where residuals are what sensor \
          noise and render noise explain. Only pixels inside the mask that are not clipped count.</caption>\n\
-         <thead><tr><th scope=\"col\">Photo</th><th scope=\"col\">Role</th><th scope=\"col\">Pixels that count</th>\
+         <thead><tr><th scope=\"col\">Photo</th><th scope=\"col\" class=\"word\">Role</th><th scope=\"col\">Pixels that count</th>\
          <th scope=\"col\">Clipped</th><th scope=\"col\">Reduced chi-square</th><th scope=\"col\">RMSE</th></tr></thead>\n\
          <tbody>\n{rows}</tbody>\n</table></div>\n</section>\n"
     )

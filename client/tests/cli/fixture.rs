@@ -61,9 +61,10 @@ pub fn scene(values: Values) -> TempDir {
 }
 
 /// The same with photographs that `gonio render` made at the truth, starting from elsewhere.
-pub fn photographed() -> TempDir {
+pub fn photographed(samples: u32) -> TempDir {
     let top = scene(TRUTH);
-    succeeds(top.path(), &["render", "capture", "--out", "capture/photos", "--samples", "256", "--seed", "99"]);
+    let samples = samples.to_string();
+    succeeds(top.path(), &["render", "capture", "--out", "capture/photos", "--samples", &samples, "--seed", "99"]);
     std::fs::write(top.path().join("capture/capture.toml"), toml(START)).unwrap();
     top
 }

@@ -21,7 +21,7 @@ fn signal(child: &Child) {
 
 #[test]
 fn keeps_what_was_reached_and_continues_from_it() {
-    let top = photographed();
+    let top = photographed(16);
     let checkpoint = top.path().join("out/checkpoint.json");
     let child = command(top.path(), &LONG).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let patience = Instant::now();

@@ -3,7 +3,9 @@
 mod light;
 mod object;
 mod photo;
+mod placed;
 mod text;
+mod vector;
 
 use crate::arguments::CheckArguments;
 use crate::failure::Failure;

@@ -6,8 +6,9 @@ use crate::failure::Failure;
 use crate::input::Input;
 use crate::interrupt::Interrupt;
 use crate::output::{Output as Folder, to_json};
-use crate::progress::{Console, count, metric};
+use crate::progress::{Console, count, metric, plural};
 use gonio_fit::Evaluate;
+use gonio_scene::capture::Photo;
 use gonio_scene::film::FIRST_HIT_CHANNELS;
 use gonio_scene::image::encode_exr_channels;
 use gonio_scene::{Capture, Evaluation, EvaluationRequest, Film, Output, SceneError};
@@ -100,8 +101,8 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         println!("{}", to_json(&rendered)?);
     } else {
         println!(
-            "rendered {} photos of {} to {}: {} samples in {:.1} s",
-            rendered.photos.len(),
+            "rendered {} of {} to {}: {} samples in {:.1} s",
+            plural(rendered.photos.len(), "photo"),
             rendered.capture,
             folder.dir().display(),
             metric(count(rendered.primary_samples)),
@@ -114,7 +115,7 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
 /// Indices of the photos with the given `names`, in the capture's order; of all where none is given.
 fn selection(capture: &Capture, names: &[String]) -> Result<Vec<usize>, Failure> {
     if let Some(unknown) = names.iter().find(|name| capture.photo_index(name).is_none()) {
-        let known: Vec<&str> = capture.photos.iter().map(|photo| photo.name()).take(20).collect();
+        let known: Vec<&str> = capture.photos.iter().map(Photo::name).take(20).collect();
         let mend = format!("the photos are: {}", known.join(", "));
         return Err(SceneError::new("--photos", format!("names {unknown:?}, which is no photo"), mend).into());
     }
@@ -139,7 +140,7 @@ fn file_names(capture: &Capture, photos: &[usize]) -> Result<Vec<String>, Failur
 }
 
 fn write(capture: &Capture, folder: &Folder, film: &Film, buffers: Option<&Film>) -> Result<RenderedPhoto, Failure> {
-    let name = capture.photos.get(film.photo).map_or("?", |photo| photo.name()).to_owned();
+    let name = capture.photos.get(film.photo).map_or("?", Photo::name).to_owned();
     let file = write_film(folder, &format!("{name}.exr"), film, &["R", "G", "B"])?;
     let buffers = buffers
         .map(|film| write_film(folder, &format!("{name}.buffers.exr"), film, &FIRST_HIT_CHANNELS))

@@ -1,6 +1,6 @@
 //! A fit's events, as they appear on the console.
 
-use super::{Console, metric};
+use super::{Console, count, metric, plural};
 use gonio_fit::{FitEvent, Iteration};
 
 /// Values of one iteration that fit on a line.
@@ -27,8 +27,9 @@ impl<'c> FitConsole<'c> {
             FitEvent::Started { solver, parameters, start, fit_photos, held_out_photos, resumed } => {
                 let again = if *resumed { ", resumed" } else { "" };
                 self.console.line(&format!(
-                    "fitting {} parameters to {fit_photos} photos by {solver}{again}; {held_out_photos} held out",
-                    parameters.len()
+                    "fitting {} to {} by {solver}{again}; {held_out_photos} held out",
+                    plural(parameters.len(), "parameter"),
+                    plural(*fit_photos, "photo")
                 ));
                 let names: Vec<_> =
                     parameters.iter().zip(start).map(|(n, v)| format!("  {n} = {}", short(*v))).collect();
@@ -50,11 +51,10 @@ impl<'c> FitConsole<'c> {
             }
             FitEvent::HeldOut { photos } => {
                 self.held_out = true;
-                self.console.line(&format!("scoring {photos} held-out photos"));
+                self.console.line(&format!("scoring {photos} held out"));
             }
             FitEvent::Finished { iterations, primary_samples, seconds, .. } => {
-                #[allow(clippy::cast_precision_loss)]
-                let samples = metric(*primary_samples as f64);
+                let samples = metric(count(*primary_samples));
                 self.console.line(&format!("{iterations} iterations, {samples} samples, {seconds:.1} s"));
             }
         }

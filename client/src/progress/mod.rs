@@ -89,7 +89,7 @@ impl Console {
     }
 
     /// Removes the bar: what follows is the result.
-    pub fn end(&mut self) {
+    pub fn end(&self) {
         self.bar.finish_and_clear();
     }
 
@@ -128,12 +128,24 @@ impl Console {
     }
 }
 
+impl Drop for Console {
+    /// No half bar stays before an error's message.
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
 /// A count as a float, for rates and means.
 pub fn count(n: u64) -> f64 {
     // Above 2^53 the last digit goes, which no rate shows.
     #[allow(clippy::cast_precision_loss)]
     let float = n as f64;
     float
+}
+
+/// "1 photo", "2 photos".
+pub fn plural(n: usize, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
 /// A quantity with three digits and a prefix of the SI.

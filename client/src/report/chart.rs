@@ -62,7 +62,7 @@ impl Axes {
         let factors: &[f64] = if decades < 3.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
         let skip = (decades / 7.0).ceil().max(1.0);
         let first = (low.log10() / skip).floor();
-        let all = (0..12).flat_map(|i| factors.iter().map(move |f| f * 10f64.powf((first + f64::from(i)) * skip)));
+        let all = (0..12).flat_map(|i| factors.iter().map(move |f| f * power_of_ten((first + f64::from(i)) * skip)));
         all.filter(|v| (low..=high).contains(v)).collect()
     }
 }
@@ -155,9 +155,15 @@ fn label(tick: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
+fn power_of_ten(exponent: f64) -> f64 {
+    #[allow(clippy::cast_possible_truncation)]
+    let exponent = exponent as i32;
+    10f64.powi(exponent)
+}
+
 /// The next of 1, 2, 5 times a power of ten.
 fn round_step(x: f64) -> f64 {
-    let power = 10f64.powf(x.max(1e-300).log10().floor());
+    let power = power_of_ten(x.max(1e-300).log10().floor());
     [1.0, 2.0, 5.0].iter().map(|f| f * power).find(|step| *step >= x * (1.0 - 1e-9)).unwrap_or(10.0 * power)
 }
 

@@ -145,9 +145,9 @@ fn cells(photograph: &Photograph, film: &Film, sensor: &Sensor, block: usize) ->
     for (i, (pixel, counts)) in photograph.image.pixels.iter().zip(&photograph.counts).enumerate() {
         let cell = &mut cells[i / width / block * columns + i % width / block];
         let (mut residual, mut variance) = (0.0, 0.0);
-        for c in 0..3 {
-            let photo = f64::from(pixel[c]);
-            let render = sensor.response.apply(f64::from(film.channels[c][i])).0;
+        for (c, (value, channel)) in pixel.iter().zip(&film.channels).enumerate() {
+            let photo = f64::from(*value);
+            let render = sensor.response.apply(f64::from(channel[i])).0;
             cell.photo[c] += photo;
             cell.render[c] += render;
             residual += photo - render;

@@ -24,7 +24,7 @@ pub(super) fn section(result: &FitResult, panels: &[Panel]) -> String {
     }
     text += "</p>\n";
     if panels.is_empty() {
-        text += "<p>There are no pictures: the fit was interrupted before they were rendered.</p>\n";
+        text += "<p>There are no pictures: the command was interrupted or failed before they were rendered.</p>\n";
     }
     text + &warnings(&result.warnings)
 }

@@ -11,6 +11,7 @@ use crate::arguments::CheckArguments;
 use crate::failure::Failure;
 use crate::input;
 use crate::output::to_json;
+use crate::progress::plural;
 use gonio_scene::capture::{Range, Role};
 use gonio_scene::files::{DirectoryFiles, Files};
 use gonio_scene::{Capture, SceneError};
@@ -76,8 +77,7 @@ pub fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     let path = arguments.capture.display();
     match summary.errors.len() {
         0 => Ok(()),
-        1 => Err(Failure::Input(format!("{path}: 1 error; mend it and check again"))),
-        n => Err(Failure::Input(format!("{path}: {n} errors; mend them and check again"))),
+        n => Err(Failure::Input(format!("{path}: has {}; mend and check again", plural(n, "error")))),
     }
 }
 

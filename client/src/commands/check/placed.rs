@@ -29,14 +29,10 @@ impl<'a> Placed<'a> {
 
     /// Smallest and largest coordinates of its triangles.
     pub fn bounds(&self) -> (Vector, Vector) {
-        let mut bounds = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for point in self.triangles().flatten() {
-            for i in 0..3 {
-                bounds.0[i] = bounds.0[i].min(point[i]);
-                bounds.1[i] = bounds.1[i].max(point[i]);
-            }
-        }
-        bounds
+        let empty = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        self.triangles().flatten().fold(empty, |(low, high), point| {
+            (std::array::from_fn(|i| low[i].min(point[i])), std::array::from_fn(|i| high[i].max(point[i])))
+        })
     }
 
     fn triangles(&self) -> impl Iterator<Item = [Vector; 3]> + '_ {

@@ -1,6 +1,7 @@
 //! The summary for people.
 
 use super::{Number, Summary};
+use crate::progress::plural;
 use std::fmt::Write;
 
 /// The summary in short tables; empty of what is not there.
@@ -28,12 +29,22 @@ fn write(summary: &Summary, out: &mut String) -> std::fmt::Result {
         let shading = if o.normals { "vertex normals" } else { "face normals" };
         writeln!(
             out,
-            "object  {:12} {} triangles, {shading}, {x} x {y} x {z}, {}, in view of {} photos",
-            o.name, o.triangles, o.material, o.photos
+            "object  {:12} {} triangles, {shading}, {x} x {y} x {z}, {}, in view of {}",
+            o.name,
+            o.triangles,
+            o.material,
+            plural(o.photos, "photo")
         )?;
     }
     for l in &summary.lights {
-        writeln!(out, "light   {:12} {} in the {} frame, on in {} photos", l.name, l.kind, l.frame, l.photos)?;
+        writeln!(
+            out,
+            "light   {:12} {} in the {} frame, on in {}",
+            l.name,
+            l.kind,
+            l.frame,
+            plural(l.photos, "photo")
+        )?;
     }
     for n in &summary.parameters {
         writeln!(out, "free    {}", number(n))?;
@@ -45,7 +56,7 @@ fn write(summary: &Summary, out: &mut String) -> std::fmt::Result {
         writeln!(out, "warning: {warning}")?;
     }
     if summary.valid {
-        writeln!(out, "valid, with {} warnings", summary.warnings.len())?;
+        writeln!(out, "valid, with {}", plural(summary.warnings.len(), "warning"))?;
     }
     Ok(())
 }

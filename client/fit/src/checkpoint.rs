@@ -59,7 +59,8 @@ impl Checkpoint {
     /// [`FitError::Checkpoint`]: no such file, or no checkpoint.
     pub fn read(path: &Path) -> Result<Self, FitError> {
         let refuse = |problem: String| FitError::Checkpoint { path: path.to_owned(), problem };
-        let text = std::fs::read_to_string(path).map_err(|e| refuse(format!("{e}; name a checkpoint of an earlier fit")))?;
+        let text =
+            std::fs::read_to_string(path).map_err(|e| refuse(format!("{e}; name a checkpoint of an earlier fit")))?;
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         let mut records = whole.lines().enumerate().map(|(i, line)| {
             serde_json::from_str::<Record>(line)

@@ -71,7 +71,12 @@ pub fn fit<'a>(
 /// Runs the solver; with nothing to solve for, evaluates at the most samples allowed.
 fn estimate(objective: &Objective<'_>, options: &Options) -> Result<Outcome, Stopped> {
     if objective.space.is_empty() {
-        return Ok(Outcome { position: Vec::new(), evaluated: Vec::new(), samples: options.max_samples, converged: true });
+        return Ok(Outcome {
+            position: Vec::new(),
+            evaluated: Vec::new(),
+            samples: options.max_samples,
+            converged: true,
+        });
     }
     solve::solve(objective, options)
 }

@@ -84,7 +84,12 @@ impl Normal {
         let n = self.gradient.len();
         if n == 0 {
             let none = DVector::zeros(0);
-            return Spectrum { inverse_scale: none.clone(), values: none.clone(), vectors: DMatrix::zeros(0, 0), gradient: none };
+            return Spectrum {
+                inverse_scale: none.clone(),
+                values: none.clone(),
+                vectors: DMatrix::zeros(0, 0),
+                gradient: none,
+            };
         }
         let largest = self.matrix.diagonal().iter().fold(0.0_f64, |m, d| m.max(*d));
         // A parameter without any effect on a pixel gets no step, instead of one that divides by zero.

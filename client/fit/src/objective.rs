@@ -93,12 +93,14 @@ impl<'a> Objective<'a> {
             seed: self.seed,
             output: Output::Statistics,
         };
-        inner.run(&request).and_then(|(photos, primary_samples)| {
-            self.check(&request, &photos, &values)?;
-            inner.journal.push(Entry { values, samples, columns, primary_samples, photos: photos.clone() })?;
-            Ok(photos)
-        })
-        .map_err(|reason| inner.stop(reason))
+        inner
+            .run(&request)
+            .and_then(|(photos, primary_samples)| {
+                self.check(&request, &photos, &values)?;
+                inner.journal.push(Entry { values, samples, columns, primary_samples, photos: photos.clone() })?;
+                Ok(photos)
+            })
+            .map_err(|reason| inner.stop(reason))
     }
 
     /// The normal equations in coordinates at `u`.
@@ -125,15 +127,18 @@ impl<'a> Objective<'a> {
             output: Output::Statistics,
         };
         let event = FitEvent::HeldOut { photos: request.photos.len() };
-        inner.tell(&event).and_then(|()| inner.run(&request)).and_then(|(photos, primary_samples)| {
-            self.check(&request, &photos, &values)?;
-            let mut total = PhotoStatistics::default();
-            for photo in &photos {
-                total.add(photo);
-            }
-            Ok((total, primary_samples))
-        })
-        .map_err(|reason| inner.stop(reason))
+        inner
+            .tell(&event)
+            .and_then(|()| inner.run(&request))
+            .and_then(|(photos, primary_samples)| {
+                self.check(&request, &photos, &values)?;
+                let mut total = PhotoStatistics::default();
+                for photo in &photos {
+                    total.add(photo);
+                }
+                Ok((total, primary_samples))
+            })
+            .map_err(|reason| inner.stop(reason))
     }
 
     /// A solver's iteration has ended at coordinates `u`.
@@ -141,9 +146,10 @@ impl<'a> Objective<'a> {
         let photos = self.statistics(u, samples, false)?;
         let normal = Normal::new(&photos, &[]);
         let mut inner = self.inner.borrow_mut();
-        let step = inner.position.as_ref().map_or(0.0, |(before, _)| {
-            before.iter().zip(u).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-        });
+        let step = inner
+            .position
+            .as_ref()
+            .map_or(0.0, |(before, _)| before.iter().zip(u).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
         let observations = normal.observations().max(1.0);
         let iteration = Iteration {
             iteration: u32::try_from(inner.iterations.len()).unwrap_or(u32::MAX).saturating_add(1),
@@ -222,7 +228,8 @@ impl<'a> Objective<'a> {
         }
         for p in photos {
             let gram = p.gram.iter().copied().find(|g| !g.is_finite());
-            let sums = [("chi-square", p.chi_square), ("squared error", p.squared_error), ("loss variance", p.loss_variance)];
+            let sums =
+                [("chi-square", p.chi_square), ("squared error", p.squared_error), ("loss variance", p.loss_variance)];
             let bad = sums.into_iter().find(|s| !s.1.is_finite()).or(gram.map(|g| ("Gram matrix", g)));
             if let Some((name, value)) = bad {
                 let photo = self.capture.photos.get(p.photo).map_or("?", |p| p.name()).to_owned();

@@ -96,7 +96,7 @@ impl Default for Options {
             min_samples: 4,
             max_samples: 64,
             max_iterations: None,
-            tolerance: 0.1,
+            tolerance: 0.2,
             start: Vec::new(),
             checkpoint: None,
             resume: None,
@@ -116,7 +116,11 @@ impl Options {
         let refuse = |option, value: String, mend: &str| Err(FitError::Option { option, value, mend: mend.to_owned() });
         for (option, samples) in [("min_samples", self.min_samples), ("max_samples", self.max_samples)] {
             if samples < 2 || samples % 2 != 0 {
-                return refuse(option, samples.to_string(), "write an even number of at least 2: a sample for each half");
+                return refuse(
+                    option,
+                    samples.to_string(),
+                    "write an even number of at least 2: a sample for each half",
+                );
             }
         }
         if self.min_samples > self.max_samples {
@@ -146,10 +150,7 @@ mod tests {
     #[test]
     fn a_wrong_name_lists_the_right_ones() {
         let text = "adam".parse::<SolverName>().unwrap_err().to_string();
-        assert_eq!(
-            text,
-            "solver is \"adam\"; write one of: gauss-newton, nelder-mead, l-bfgs, particle-swarm"
-        );
+        assert_eq!(text, "solver is \"adam\"; write one of: gauss-newton, nelder-mead, l-bfgs, particle-swarm");
     }
 
     #[test]

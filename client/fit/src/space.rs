@@ -28,7 +28,9 @@ impl Space {
                 if below.is_some_and(|rest| rest.is_empty() || rest.starts_with('.')) {
                     if !p.range.holds(*value) {
                         let mend = format!("it must be {}", p.range);
-                        return Err(SceneError::new(CAPTURE_FILE, format!("starts from {value}"), mend).at(&p.name).into());
+                        return Err(SceneError::new(CAPTURE_FILE, format!("starts from {value}"), mend)
+                            .at(&p.name)
+                            .into());
                     }
                     (known, *v) = (true, *value);
                 }

@@ -1,6 +1,9 @@
 //! What a fit promises whatever the data: held-out photos stay unseen, bounds hold, warnings name what they are about,
 //! and bad input gives a clear error.
 
+// Helpers of a test are its code too, which clippy's own exception does not see.
+#![allow(clippy::unwrap_used)]
+
 mod fake;
 
 use fake::{Fake, Scene};
@@ -107,7 +110,11 @@ fn a_parameter_without_effect_is_named_and_has_no_error() {
     let free = vec!["material.shell.roughness", "photo.04.gain"];
     let mut fake = Fake::new(&Scene { free, gray: vec![], start: [0.4, 1.52, 0.19], ..scene() });
     let result = run(&mut fake, &Options::default());
-    assert!(result.warnings.iter().any(|w| w.starts_with("no fitted photo depends on photo.04.gain")), "{:?}", result.warnings);
+    assert!(
+        result.warnings.iter().any(|w| w.starts_with("no fitted photo depends on photo.04.gain")),
+        "{:?}",
+        result.warnings
+    );
     assert_eq!((result.parameters[1].value, result.parameters[1].standard_error), (1.0, None));
     assert!(result.parameters[0].standard_error.is_some());
 }
@@ -120,7 +127,11 @@ fn a_colour_brighter_than_white_stops_at_its_bound_with_a_warning() {
     let mut fake = Fake::new(&scene);
     let result = run(&mut fake, &Options::default());
     assert!(result.parameters.iter().all(|p| p.value < 1.0 && p.value > 0.995), "{:?}", result.parameters);
-    assert!(result.warnings.iter().any(|w| w.contains("material.board.base_color.r is at its bound 1")), "{:?}", result.warnings);
+    assert!(
+        result.warnings.iter().any(|w| w.contains("material.board.base_color.r is at its bound 1")),
+        "{:?}",
+        result.warnings
+    );
 }
 
 #[test]
@@ -208,7 +219,8 @@ fn a_broken_farm_gives_its_error() {
             let fake = Fake::new(&scene());
             let capture = fake.capture.clone();
             let options = Options { solver, ..Options::default() };
-            let error = fit(&capture, &mut Broken(fail, fake), &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
+            let error =
+                fit(&capture, &mut Broken(fail, fake), &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
             assert!(matches!(error, FitError::Answer { .. } | FitError::Evaluate(EvaluateError::Farm(_))), "{error}");
         }
     }

@@ -23,7 +23,12 @@ pub(super) fn solve(objective: &Objective<'_>, options: &Options) -> Result<Outc
 }
 
 /// One run of the trust region from coordinates `start` at the first samples.
-pub(super) fn run(objective: &Objective<'_>, options: &Options, start: Vec<f64>, goal: Goal) -> Result<Outcome, Stopped> {
+pub(super) fn run(
+    objective: &Objective<'_>,
+    options: &Options,
+    start: Vec<f64>,
+    goal: Goal,
+) -> Result<Outcome, Stopped> {
     let samples = Cell::new(options.min_samples);
     objective.set_stage(options.min_samples, vec![1.0; start.len()]);
     let schedule = Schedule { max: options.max_samples };
@@ -36,5 +41,10 @@ pub(super) fn run(objective: &Objective<'_>, options: &Options, start: Vec<f64>,
         .map_err(|_| Stopped)?;
     let position = done.state.param.clone().unwrap_or(start);
     objective.place(&position, samples.get());
-    Ok(Outcome { evaluated: position.clone(), position, samples: samples.get(), converged: done.solver.solver.converged() })
+    Ok(Outcome {
+        evaluated: position.clone(),
+        position,
+        samples: samples.get(),
+        converged: done.solver.solver.converged(),
+    })
 }

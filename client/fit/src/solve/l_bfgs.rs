@@ -1,8 +1,8 @@
 //! Limited-memory BFGS, from argmin, in coordinates that the first normal equations have scaled.
 
+use super::Outcome;
 use super::reported::Reported;
 use super::stages::{self, iterations_left};
-use super::Outcome;
 use crate::Options;
 use crate::objective::{Objective, Stopped};
 use argmin::core::{Executor, IterState};
@@ -37,7 +37,13 @@ pub(super) fn solve(objective: &Objective<'_>, options: &Options) -> Result<Outc
     })
 }
 
-fn search(objective: &Objective<'_>, options: &Options, u: &[f64], samples: u32, misfit: f64) -> Result<Vec<f64>, Stopped> {
+fn search(
+    objective: &Objective<'_>,
+    options: &Options,
+    u: &[f64],
+    samples: u32,
+    misfit: f64,
+) -> Result<Vec<f64>, Stopped> {
     let solver = LBFGS::new(MoreThuenteLineSearch::new(), MEMORY)
         .with_tolerance_grad(0.1 * options.tolerance * misfit.sqrt())
         .and_then(|s| s.with_tolerance_cost(1e-4))

@@ -31,7 +31,13 @@ pub(super) fn solve(objective: &Objective<'_>, options: &Options) -> Result<Outc
     })
 }
 
-fn swarm(objective: &Objective<'_>, options: &Options, u: &[f64], samples: u32, normal: &Normal) -> Result<Vec<f64>, Stopped> {
+fn swarm(
+    objective: &Objective<'_>,
+    options: &Options,
+    u: &[f64],
+    samples: u32,
+    normal: &Normal,
+) -> Result<Vec<f64>, Stopped> {
     objective.set_stage(samples, vec![1.0; u.len()]);
     let reach = reach(objective.space, normal);
     let bound = |sign: f64| u.iter().zip(&reach).map(|(u, r)| u + sign * WINDOW * r).collect::<Vec<f64>>();

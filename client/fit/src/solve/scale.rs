@@ -26,7 +26,8 @@ pub(super) fn solve(objective: &Objective<'_>, samples: u32) -> Result<Vec<f64>,
     for (i, value) in space.values(&start).iter().enumerate().filter(|(i, _)| linear.get(*i) == Some(&true)) {
         let target = value + step[i];
         // A negative intensity says that other parameters are far off, not how dark the light is.
-        let target = if target > 0.0 { target.clamp(value / LARGEST_FACTOR, value * LARGEST_FACTOR) } else { 0.1 * value };
+        let target =
+            if target > 0.0 { target.clamp(value / LARGEST_FACTOR, value * LARGEST_FACTOR) } else { 0.1 * value };
         scaled[i] = space.transforms()[i].coordinate(target);
     }
     if scaled == start {

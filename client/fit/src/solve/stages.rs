@@ -34,7 +34,12 @@ pub(super) fn run(objective: &Objective<'_>, options: &Options, search: &mut Sea
             _ => {
                 let left = after.spectrum().decrement() / (count(u.len() as u64).max(1.0) * after.misfit());
                 let tolerance = options.tolerance.max(TOLERANCE);
-                return Ok(Outcome { evaluated: u.clone(), position: u, samples, converged: left <= tolerance * tolerance });
+                return Ok(Outcome {
+                    evaluated: u.clone(),
+                    position: u,
+                    samples,
+                    converged: left <= tolerance * tolerance,
+                });
             }
         }
     }

@@ -101,7 +101,6 @@ impl Worker {
                     if let Ok(id) = ended {
                         session.held.remove(&id);
                     }
-                    session.ask(1).await?;
                 }
                 _ = renew.tick(), if !session.held.is_empty() => session.renew().await?,
                 () = &mut stop => return session.hand_back().await,
@@ -177,7 +176,10 @@ impl Session<'_> {
         self.held.insert(task.id);
         self.running.spawn(async move {
             let id = task.id;
-            for message in attempt(&worker, &setup, scene_key, task, &*blobs, cancel).await {
+            let result = attempt(&worker, &setup, scene_key, task, &*blobs, cancel).await;
+            // First the next task: its way here and this film's way there take their time together.
+            let ask = wire::FromWorker { message: Some(from_worker::Message::Ask(wire::Ask { tasks: 1 })) };
+            for message in std::iter::once(ask).chain(result) {
                 // A stream that has ended is noticed where it is read.
                 if outbound.send(message).await.is_err() {
                     break;

@@ -47,10 +47,12 @@ impl ChunkMerge {
             self.next += 1;
             self.samples += u64::from(samples);
             self.sum.invalid_samples += film.invalid_samples;
-            self.sum.data.resize(film.data.len(), 0.0);
-            (self.sum.pixels, self.sum.channels) = (film.pixels, film.channels);
-            for (sum, mean) in self.sum.data.iter_mut().zip(&film.data) {
-                *sum += f64::from(*mean) * f64::from(samples);
+            let weighted = film.data.iter().map(|mean| f64::from(*mean) * f64::from(samples));
+            if self.sum.data.is_empty() {
+                (self.sum.pixels, self.sum.channels) = (film.pixels, film.channels);
+                self.sum.data = weighted.collect();
+            } else {
+                self.sum.data.iter_mut().zip(weighted).for_each(|(sum, weighted)| *sum += weighted);
             }
         }
     }

@@ -86,13 +86,14 @@ fn compare_channel(
     for p in &predictions {
         own[p.index] = Some(0.25 * p.difference * p.difference);
     }
-    let variances = VarianceMap::new(observed.tile, own);
+    let variances = VarianceMap::new(observed.tile, &own);
 
     let active = &recipe.channels[channel];
     let side = 1 + active.len();
     let mut gram = vec![0.0; side * side];
     // Mean and half difference of the halves: (X_A Y_B + X_B Y_A) / 2 = mean_X mean_Y - half_X half_Y.
     let (mut mean, mut half) = (vec![0.0; side], vec![0.0; side]);
+    let mut log_variance = LogSum::default();
     for p in &predictions {
         let (sensor, render) = (observed.sensor.variance(p.mean), variances.at(p.index));
         let w = weigh(sensor, render, peak).weight;
@@ -114,10 +115,11 @@ fn compare_channel(
         sums.observations += 1;
         sums.chi_square += score.weight * square;
         sums.squared_error += square;
-        sums.log_variance += libm::log(score.variance);
+        log_variance.add(score.variance);
         sums.loss_variance += w * w * square * p.difference * p.difference;
         sums.peak = sums.peak.max(p.measured);
     }
+    sums.log_variance += log_variance.finish();
     let full = 1 + recipe.columns;
     let place = |i: usize| if i == 0 { 0 } else { 1 + active[i - 1].column };
     for i in 0..side {
@@ -128,6 +130,33 @@ fn compare_channel(
                 sums.gram[column * full + row] += gram[i * side + j];
             }
         }
+    }
+}
+
+/// A sum of logarithms by the logarithm of a product: one for a dozen factors.
+struct LogSum {
+    sum: f64,
+    product: f64,
+}
+
+impl Default for LogSum {
+    fn default() -> Self {
+        Self { sum: 0.0, product: 1.0 }
+    }
+}
+
+impl LogSum {
+    /// Adds the logarithm of a number between 1e-154 and 1e154.
+    fn add(&mut self, factor: f64) {
+        self.product *= factor;
+        if !(1e-150..=1e150).contains(&self.product) {
+            self.sum += libm::log(self.product);
+            self.product = 1.0;
+        }
+    }
+
+    fn finish(self) -> f64 {
+        self.sum + libm::log(self.product)
     }
 }
 

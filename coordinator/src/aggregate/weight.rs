@@ -1,12 +1,13 @@
 //! The variance of a residual: the sensor's, and the render's own noise, estimated from its two halves.
 
 use gonio_scene::film::Tile;
+use std::sync::LazyLock;
 
 /// Half the side of the window over which the render's variance is averaged: 5x5 pixels.
-const RADIUS: u32 = 2;
+const RADIUS: usize = 2;
 
 /// A window with fewer other pixels than this says too little: its pixel takes the whole tile's instead.
-const FEWEST: u32 = 8;
+const FEWEST: f64 = 8.0;
 
 /// Smallest variance relative to the square of the photo's peak, for a sensor that claims to be without noise in the dark.
 const SMALLEST: f64 = 1e-12;
@@ -29,44 +30,79 @@ pub struct RenderVariance {
 /// chance. So a pixel takes the mean over its neighbours, without itself.
 #[derive(Debug)]
 pub struct VarianceMap {
-    tile: Tile,
-    /// Per tile pixel: (A - B)^2 / 4, or `None` where the pixel does not count.
-    own: Vec<Option<f64>>,
-    total: f64,
-    count: u32,
+    width: usize,
+    /// Per tile pixel, with a border of `RADIUS` pixels of zeros, so that no window needs to look where the tile ends.
+    own: Grid,
+    /// Sums over each pixel's row of the window.
+    rows: Grid,
+    total: Sum,
+}
+
+/// A sum over pixels that count, and their number.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Sum {
+    value: f64,
+    pixels: f64,
+}
+
+impl std::ops::Add for Sum {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { value: self.value + other.value, pixels: self.pixels + other.pixels }
+    }
+}
+
+#[derive(Debug)]
+struct Grid {
+    stride: usize,
+    sums: Vec<Sum>,
 }
 
 impl VarianceMap {
-    /// A map of `own` estimates, row-major over `tile`.
+    /// A map of `own` estimates ((A - B)^2 / 4, or `None` where a pixel does not count), row-major over `tile`.
     #[must_use]
-    pub fn new(tile: Tile, own: Vec<Option<f64>>) -> Self {
-        let (total, count) = own.iter().flatten().fold((0.0, 0), |(total, count), v| (total + v, count + 1));
-        Self { tile, own, total, count }
+    pub fn new(tile: Tile, own: &[Option<f64>]) -> Self {
+        let (width, height) = (tile.width as usize, tile.height as usize);
+        let stride = width + 2 * RADIUS;
+        let mut grid = Grid { stride, sums: vec![Sum::default(); stride * (height + 2 * RADIUS)] };
+        let mut total = Sum::default();
+        for (y, row) in own.chunks_exact(width).enumerate() {
+            for (x, value) in row.iter().enumerate() {
+                if let Some(value) = *value {
+                    let sum = Sum { value, pixels: 1.0 };
+                    grid.sums[(y + RADIUS) * stride + x + RADIUS] = sum;
+                    total = total + sum;
+                }
+            }
+        }
+        let mut rows = Grid { stride, sums: vec![Sum::default(); grid.sums.len()] };
+        for (i, window) in grid.sums.windows(2 * RADIUS + 1).enumerate() {
+            rows.sums[i + RADIUS] = window.iter().fold(Sum::default(), |sum, own| sum + *own);
+        }
+        Self { width, own: grid, rows, total }
     }
 
     /// The estimate for tile pixel `index`, which counts.
     #[must_use]
     pub fn at(&self, index: usize) -> RenderVariance {
-        let own = self.own[index].unwrap_or(0.0);
-        let width = self.tile.width;
-        let (x, y) = (index as u32 % width, index as u32 / width);
-        let (mut total, mut count) = (0.0, 0_u32);
-        for j in y.saturating_sub(RADIUS)..(y + RADIUS + 1).min(self.tile.height) {
-            for i in x.saturating_sub(RADIUS)..(x + RADIUS + 1).min(width) {
-                if let (Some(value), true) = (self.own[(j * width + i) as usize], (i, j) != (x, y)) {
-                    total += value;
-                    count += 1;
-                }
-            }
+        let stride = self.own.stride;
+        let centre = (index / self.width + RADIUS) * stride + index % self.width + RADIUS;
+        let own = self.own.sums[centre].value;
+        // Left out by not being added: to add and subtract it would lose the digits of quiet neighbours.
+        let mut nearby = Sum::default();
+        for distance in 1..=RADIUS {
+            nearby = nearby + self.rows.sums[centre - distance * stride] + self.rows.sums[centre + distance * stride];
+            nearby = nearby + self.own.sums[centre - distance] + self.own.sums[centre + distance];
         }
-        if count < FEWEST && self.count > count + 1 {
-            // Subtraction may leave a rounding error below zero.
-            (total, count) = ((self.total - own).max(0.0), self.count - 1);
+        if nearby.pixels < FEWEST && self.total.pixels > nearby.pixels + 1.0 {
+            // Here the subtraction may leave a rounding error below zero.
+            nearby = Sum { value: (self.total.value - own).max(0.0), pixels: self.total.pixels - 1.0 };
         }
-        if count == 0 {
+        if nearby.pixels == 0.0 {
             return RenderVariance { value: own, own, pixels: 1.0 };
         }
-        RenderVariance { value: total / f64::from(count), own, pixels: f64::from(count) }
+        RenderVariance { value: nearby.value / nearby.pixels, own, pixels: nearby.pixels }
     }
 }
 
@@ -105,7 +141,7 @@ pub fn score(sensor: f64, render: RenderVariance, peak: f64) -> Weight {
     // From the neighbours alone, so that the correction does not depend on the noise that it corrects for.
     let share = render.value / (sensor + render.value).max(smallest);
     let neighbours = 1.0 + 0.9 / render.pixels * share * share;
-    Weight { weight: 1.0 / (variance * excess(share) * neighbours), variance }
+    Weight { weight: 1.0 / (variance * EXCESS.at(share) * neighbours), variance }
 }
 
 /// g(s): E[1 / (a + X)] = sqrt(pi / 2a) exp(a / 2) erfc(sqrt(a / 2)) with a = (2 - s) / s.
@@ -119,6 +155,23 @@ fn excess(share: f64) -> f64 {
     2.0 / share * mean
 }
 
+/// [`excess`] at equal steps of the share, as every observation needs it once.
+static EXCESS: LazyLock<Table> = LazyLock::new(|| Table(std::array::from_fn(|i| excess(i as f64 / STEPS as f64))));
+
+const STEPS: usize = 256;
+
+struct Table([f64; STEPS + 1]);
+
+impl Table {
+    /// Interpolated linearly: within 5e-6 of the function.
+    fn at(&self, share: f64) -> f64 {
+        let place = share.clamp(0.0, 1.0) * STEPS as f64;
+        let below = (place as usize).min(STEPS - 1);
+        let (a, b) = (self.0[below], self.0[below + 1]);
+        a + (place - below as f64) * (b - a)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -129,7 +182,7 @@ mod tests {
     fn a_window_leaves_its_own_pixel_out() {
         let mut own = vec![Some(1.0); 42];
         own[3 * 6 + 3] = Some(1000.0);
-        let map = VarianceMap::new(TILE, own);
+        let map = VarianceMap::new(TILE, &own);
         assert_eq!(map.at(3 * 6 + 3), RenderVariance { value: 1.0, own: 1000.0, pixels: 24.0 });
         assert_eq!(map.at(3 * 6 + 2), RenderVariance { value: 1023.0 / 24.0, own: 1.0, pixels: 24.0 });
         assert_eq!(map.at(0), RenderVariance { value: 1.0, own: 1.0, pixels: 8.0 });
@@ -139,11 +192,11 @@ mod tests {
     fn only_pixels_that_count_speak() {
         let mut own = vec![None; 42];
         own[0] = Some(4.0);
-        assert_eq!(VarianceMap::new(TILE, own.clone()).at(0), RenderVariance { value: 4.0, own: 4.0, pixels: 1.0 });
+        assert_eq!(VarianceMap::new(TILE, &own).at(0), RenderVariance { value: 4.0, own: 4.0, pixels: 1.0 });
         own[41] = Some(2.0);
-        assert_eq!(VarianceMap::new(TILE, own.clone()).at(0), RenderVariance { value: 2.0, own: 4.0, pixels: 1.0 });
+        assert_eq!(VarianceMap::new(TILE, &own).at(0), RenderVariance { value: 2.0, own: 4.0, pixels: 1.0 });
         own[40] = Some(4.0);
-        assert_eq!(VarianceMap::new(TILE, own).at(0), RenderVariance { value: 3.0, own: 4.0, pixels: 2.0 });
+        assert_eq!(VarianceMap::new(TILE, &own).at(0), RenderVariance { value: 3.0, own: 4.0, pixels: 2.0 });
     }
 
     /// The mean of 1 / V over chi-square noise, by quadrature over the normal deviate, is undone at every share.

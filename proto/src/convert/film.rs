@@ -48,11 +48,13 @@ pub(super) fn append_floats(field: &str, bytes: &[u8], values: &mut Vec<f32>) ->
     }
     let start = values.len();
     values.extend(numbers.iter().map(|number| f32::from_le_bytes(*number)));
-    // Found only after the copy, so that the loop over good films stays a plain one.
-    match values[start..].iter().position(|value| !value.is_finite()) {
-        Some(i) => Err(WireError::new(field, format!("has {} at number {i}, must be finite", values[start + i]))),
-        None => Ok(()),
+    let new = &values[start..];
+    // Without a way out of the loop, so that it is a vector loop; which one it was matters to bad films only.
+    if new.iter().fold(true, |finite, value| finite & value.is_finite()) {
+        return Ok(());
     }
+    let bad = new.iter().position(|value| !value.is_finite()).unwrap_or_default();
+    Err(WireError::new(field, format!("has {} at number {bad}, must be finite", new[bad])))
 }
 
 /// The messages that return `film`: its chunks, then the commit.

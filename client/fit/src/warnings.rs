@@ -31,11 +31,16 @@ pub(crate) fn about(space: &Space, values: &[f64], uncertainty: &Uncertainty) ->
         } else if error > transform.span().min(span_of_open(*transform, *value)) {
             warnings.push(format!("{name} is not determined: its standard error {error:.2e} exceeds its whole range"));
         }
-        if uncertainty.photos_disagree(i) {
-            warnings.push(format!(
-                "the photos disagree about {name} by more than noise explains; its standard error is from their scatter"
-            ));
-        }
+    }
+    let disagreed: Vec<&str> = (names.iter().enumerate())
+        .filter(|(i, _)| uncertainty.photos_disagree(*i))
+        .map(|(_, name)| name.as_str())
+        .collect();
+    if !disagreed.is_empty() {
+        warnings.push(format!(
+            "the photos disagree about {} by more than noise explains; the standard errors are from their scatter",
+            disagreed.join(" and ")
+        ));
     }
     warnings
 }
@@ -93,12 +98,13 @@ fn join(groups: &mut Vec<Vec<usize>>, mut members: Vec<usize>) {
 /// What would separate the members of a group.
 fn remedy(names: &[&str]) -> &'static str {
     let any = |part: &str| names.iter().any(|n| n.contains(part));
-    let light = names.iter().any(|n| n.starts_with("light.") && !n.contains(".position") && !n.contains(".direction"));
+    let shines = |n: &&str| n.starts_with("light.") && !n.contains(".position") && !n.contains(".direction");
+    let light = names.iter().any(shines);
     if (light || any("gain") || any("exposure")) && any("base_color") {
         "put a part of known reflectance in view, or fix the light"
     } else if any("gain") || any("exposure") {
         "fix one photo's gain, or the light"
-    } else if light && names.iter().all(|n| n.starts_with("light.")) {
+    } else if light && names.iter().all(shines) {
         "take photos with one light at a time"
     } else if any("roughness") || any("ior") || any(".eta") || any(".k.") {
         "take photos with the highlight in view, at mirror and at grazing angles, or fix one of them"
@@ -142,5 +148,34 @@ fn invalid(total: &PhotoStatistics, warnings: &mut Vec<String>) {
             "{} samples were NaN or infinite and count as black: look for degenerate triangles or extreme values",
             total.invalid_samples
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_that_share_a_member_become_one() {
+        let mut groups = Vec::new();
+        for pair in [[0, 1], [3, 4], [1, 2], [4, 2]] {
+            join(&mut groups, pair.to_vec());
+        }
+        assert_eq!(groups, [[0, 1, 2, 3, 4]]);
+    }
+
+    #[test]
+    fn each_kind_of_confusion_has_its_remedy() {
+        let cases = [
+            (["material.a.base_color.r", "light.led.intensity"], "known reflectance"),
+            (["photo.01.gain", "light.led.intensity"], "fix one photo's gain"),
+            (["light.a.intensity", "light.b.intensity"], "one light at a time"),
+            (["light.a.intensity", "light.a.position.z"], "more directions and distances"),
+            (["material.a.roughness", "material.a.ior"], "highlight"),
+            (["material.a.base_color.r", "material.b.base_color.r"], "fix one of them"),
+        ];
+        for (names, part) in cases {
+            assert!(remedy(&names).contains(part), "{names:?}: {}", remedy(&names));
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Why a command did not do what was asked, and the exit code that says so.
 
+use crate::output::tell_error;
 use gonio::farm::FarmError;
 use gonio_fit::{EvaluateError, FitError};
 use gonio_scene::SceneError;
@@ -33,11 +34,11 @@ impl Failure {
     pub fn tell(&self, json: bool) -> ExitCode {
         if json {
             let event = serde_json::json!({ "event": "error", "exit_code": self.code(), "message": self.to_string() });
-            eprintln!("{event}");
+            tell_error(&event.to_string());
         } else if let Self::Interrupted(text) = self {
-            eprintln!("{text}");
+            tell_error(text);
         } else {
-            eprintln!("error: {self}");
+            tell_error(&format!("error: {self}"));
         }
         ExitCode::from(self.code())
     }

@@ -1,6 +1,7 @@
 //! Ctrl-C: the first asks for a clean stop, the second kills.
 
 use crate::failure::Failure;
+use crate::output::tell_error;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,7 +27,7 @@ impl Interrupt {
                 signals.next().await;
                 flag.store(true, Ordering::Relaxed);
                 if !note.is_empty() {
-                    eprintln!("\n{note}");
+                    tell_error(&format!("\n{note}"));
                 }
                 signals.next().await;
             });

@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use gonio_scene::capture::CAPTURE_FILE;
 use gonio_scene::{Assets, Capture, SceneError};
 use std::collections::BTreeSet;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// An output folder.
@@ -61,6 +62,16 @@ impl Output {
             .map_err(|error| Failure::Failed(format!("{}: cannot be written: {error}", path.display())))?;
         Ok(path)
     }
+}
+
+/// Writes a line to standard output; a reader that has seen enough, such as `head`, is no failure.
+pub fn tell(line: &str) {
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+/// Writes a line to standard error, as [`tell`] does.
+pub fn tell_error(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// `value` as JSON text.

@@ -5,7 +5,7 @@ use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::interrupt::Interrupt;
-use crate::output::{Output as Folder, to_json};
+use crate::output::{Output as Folder, tell, to_json};
 use crate::progress::{Console, count, metric, plural};
 use gonio_fit::Evaluate;
 use gonio_scene::capture::Photo;
@@ -98,16 +98,16 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     console.end();
     rendered.seconds = begin.elapsed().as_secs_f64();
     if arguments.farm.json {
-        println!("{}", to_json(&rendered)?);
+        tell(&to_json(&rendered)?);
     } else {
-        println!(
+        tell(&format!(
             "rendered {} of {} to {}: {} samples in {:.1} s",
             plural(rendered.photos.len(), "photo"),
             rendered.capture,
             folder.dir().display(),
             metric(count(rendered.primary_samples)),
             rendered.seconds
-        );
+        ));
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ mod fit;
 
 pub use fit::FitConsole;
 
+use crate::output::tell_error;
 use gonio_scene::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -82,7 +83,7 @@ impl Console {
                         "loss_standard_error": progress.loss_standard_error,
                         "workers": progress.workers,
                     });
-                    eprintln!("{fields}");
+                    tell_error(&fields.to_string());
                 }
             }
         }
@@ -96,8 +97,8 @@ impl Console {
     /// Writes a line for people.
     pub fn line(&self, text: &str) {
         match self.mode {
-            Mode::Bar => self.bar.suspend(|| eprintln!("{text}")),
-            Mode::Lines => eprintln!("{text}"),
+            Mode::Bar => self.bar.suspend(|| tell_error(text)),
+            Mode::Lines => tell_error(text),
             Mode::Json => {}
         }
     }
@@ -107,7 +108,7 @@ impl Console {
         if self.mode == Mode::Json
             && let Ok(text) = serde_json::to_string(event)
         {
-            eprintln!("{text}");
+            tell_error(&text);
         }
     }
 

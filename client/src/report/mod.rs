@@ -29,6 +29,8 @@ pub struct Report<'a> {
     pub result: &'a FitResult,
     /// One panel per photo, in the capture's order; empty where the fit was interrupted before they were rendered.
     pub panels: &'a [Panel],
+    /// Samples per pixel of the panels' renders.
+    pub samples: u32,
     /// The command that made it.
     pub command: &'a str,
     /// The program's version.
@@ -51,7 +53,7 @@ impl Report<'_> {
             tables::parameters(self.result),
             matrix::section(self.result),
             chart::section(&self.result.loss_curve),
-            tables::photos(self.panels),
+            tables::photos(self.panels, self.samples),
             panel::section(self.panels),
             self.footer(),
         ]
@@ -120,7 +122,9 @@ mod tests {
 
     #[test]
     fn text_of_the_capture_cannot_become_markup() {
-        let page = Report { result: &result(), panels: &[], command: "gonio fit '<img src=x>'", version: "1" }.page();
+        let page =
+            Report { result: &result(), panels: &[], samples: 16, command: "gonio fit '<img src=x>'", version: "1" }
+                .page();
         for tag in ["<script", "<b>", "<i>", "<img"] {
             assert!(!page.contains(tag), "{tag}");
         }
@@ -129,7 +133,7 @@ mod tests {
 
     #[test]
     fn the_page_needs_no_other_host_and_its_policy_allows_its_style() {
-        let page = Report { result: &result(), panels: &[], command: "gonio fit", version: "1" }.page();
+        let page = Report { result: &result(), panels: &[], samples: 16, command: "gonio fit", version: "1" }.page();
         for outside in ["src=\"http", "href=", "url(", "@import", "style=\"", "on"] {
             // Every attribute that could load or run something; `on...` handlers only as attributes.
             let found = if outside == "on" {
@@ -147,7 +151,7 @@ mod tests {
     #[test]
     fn says_first_how_it_ended() {
         let mut result = result();
-        let page = |result: &FitResult| Report { result, panels: &[], command: "", version: "" }.page();
+        let page = |result: &FitResult| Report { result, panels: &[], samples: 16, command: "", version: "" }.page();
         assert!(page(&result).contains("converged after 3 iterations"));
         result.converged = false;
         assert!(page(&result).contains("did not converge"));

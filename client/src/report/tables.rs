@@ -35,7 +35,7 @@ pub(super) fn parameters(result: &FitResult) -> String {
 }
 
 /// How well each photo is matched.
-pub(super) fn photos(panels: &[Panel]) -> String {
+pub(super) fn photos(panels: &[Panel], samples: u32) -> String {
     if panels.is_empty() {
         return String::new();
     }
@@ -56,7 +56,8 @@ pub(super) fn photos(panels: &[Panel]) -> String {
         .collect();
     format!(
         "<section>\n<h2>Photos</h2>\n<div class=\"wide\"><table>\n<caption>Reduced chi-square is 1 where residuals are what sensor \
-         noise and render noise explain. Only pixels inside the mask that are not clipped count.</caption>\n\
+         noise and render noise explain. Only pixels inside the mask that are not clipped count. Rendered anew for this \
+         report, with {samples} samples per pixel.</caption>\n\
          <thead><tr><th scope=\"col\">Photo</th><th scope=\"col\" class=\"word\">Role</th><th scope=\"col\">Pixels that count</th>\
          <th scope=\"col\">Clipped</th><th scope=\"col\">Reduced chi-square</th><th scope=\"col\">RMSE</th></tr></thead>\n\
          <tbody>\n{rows}</tbody>\n</table></div>\n</section>\n"

@@ -10,7 +10,7 @@ mod vector;
 use crate::arguments::CheckArguments;
 use crate::failure::Failure;
 use crate::input;
-use crate::output::to_json;
+use crate::output::{tell, tell_error, to_json};
 use crate::progress::plural;
 use gonio_scene::capture::{Range, Role};
 use gonio_scene::files::{DirectoryFiles, Files};
@@ -66,13 +66,13 @@ pub fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     let root = input::folder(&arguments.capture)?;
     let summary = summarise(&DirectoryFiles::new(root), arguments.names);
     if arguments.json {
-        println!("{}", to_json(&summary)?);
+        tell(&to_json(&summary)?);
     } else {
         // Errors first on their own stream, one line each.
         for error in &summary.errors {
-            eprintln!("error: {error}");
+            tell_error(&format!("error: {error}"));
         }
-        print!("{}", text::text(&summary));
+        tell(text::text(&summary).trim_end());
     }
     let path = arguments.capture.display();
     match summary.errors.len() {

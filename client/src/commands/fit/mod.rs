@@ -7,7 +7,7 @@ use crate::arguments::FitArguments;
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::interrupt::Interrupt;
-use crate::output::{Output as Folder, to_json};
+use crate::output::{Output as Folder, tell, to_json};
 use crate::progress::{Console, FitConsole};
 use crate::relocate::relocate;
 use gonio::farm::OpenCapture;
@@ -52,12 +52,13 @@ pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
     } else {
         pictures::panels(&fitted, &input.files, &mut farm, &result, &mut console, &interrupt)
     };
-    write_report(&folder, &result, panels.as_deref().unwrap_or_default())?;
+    let samples = pictures::samples(&fitted, &result);
+    write_report(&folder, &result, panels.as_deref().unwrap_or_default(), samples)?;
     console.end();
     if arguments.farm.json {
-        println!("{}", to_json(&result)?);
+        tell(&to_json(&result)?);
     } else {
-        tell(&result, &folder);
+        conclude(&result, &folder);
     }
     panels?;
     if interrupt.is_asked() {
@@ -119,9 +120,9 @@ fn write_capture(fitted: &Capture, input: &Input, folder: &Folder) -> Result<(),
     Ok(())
 }
 
-fn write_report(folder: &Folder, result: &FitResult, panels: &[Panel]) -> Result<(), Failure> {
+fn write_report(folder: &Folder, result: &FitResult, panels: &[Panel], samples: u32) -> Result<(), Failure> {
     let command = std::env::args().map(|word| quoted(&word)).collect::<Vec<_>>().join(" ");
-    let report = Report { result, panels, command: &command, version: env!("CARGO_PKG_VERSION") };
+    let report = Report { result, panels, samples, command: &command, version: env!("CARGO_PKG_VERSION") };
     folder.write(REPORT, report.page().as_bytes())?;
     Ok(())
 }
@@ -141,22 +142,22 @@ fn pretty(result: &FitResult) -> Result<String, Failure> {
 }
 
 /// The result in a few lines, for people.
-fn tell(result: &FitResult, folder: &Folder) {
+fn conclude(result: &FitResult, folder: &Folder) {
     let width = result.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
     for p in &result.parameters {
         let error = p.standard_error.map_or_else(|| "undetermined".to_owned(), |e| format!("± {e:.2e}"));
-        println!("{:width$}  {:>12.6}  {error}", p.name, p.value);
+        tell(&format!("{:width$}  {:>12.6}  {error}", p.name, p.value));
     }
     let held = result.held_out.as_ref().map(|h| format!(", held out {:.4}", h.reduced_chi_square)).unwrap_or_default();
     let ended = if result.converged { "converged" } else { "not converged" };
-    println!(
+    tell(&format!(
         "{ended} after {} iterations in {:.1} s; reduced chi-square {:.4}{held}",
         result.iterations, result.seconds, result.fit.reduced_chi_square
-    );
+    ));
     for warning in &result.warnings {
-        println!("warning: {warning}");
+        tell(&format!("warning: {warning}"));
     }
-    println!("wrote {CAPTURE_FILE}, {RESULT}, {REPORT} to {}", folder.dir().display());
+    tell(&format!("wrote {CAPTURE_FILE}, {RESULT}, {REPORT} to {}", folder.dir().display()));
 }
 
 #[cfg(test)]

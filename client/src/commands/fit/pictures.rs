@@ -1,6 +1,6 @@
 //! The report's pictures: every photo rendered once more, at the fitted values, with all of its pixels.
 
-use super::super::batches;
+use super::super::{batches, photo_pixels};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
@@ -8,6 +8,17 @@ use gonio::report::Panel;
 use gonio_fit::{Evaluate, FitResult};
 use gonio_scene::files::DirectoryFiles;
 use gonio_scene::{Capture, EvaluationRequest, Output, Photograph};
+
+/// Fewest samples per pixel of a picture, where the fit itself took as many.
+const FEWEST: u32 = 16;
+
+/// Samples per pixel of the pictures: as many as the fit's last, unless they would cost more than a quarter of it.
+pub(super) fn samples(capture: &Capture, result: &FitResult) -> u32 {
+    let pixels: u64 = (0..capture.photos.len()).map(|photo| photo_pixels(capture, photo)).sum();
+    let quarter = u32::try_from(result.primary_samples / 4 / pixels.max(1)).unwrap_or(u32::MAX);
+    // Even, as each half takes as many.
+    quarter.max(FEWEST).min(result.samples) / 2 * 2
+}
 
 /// A panel for each photo of the `fitted` capture, the held-out included: no value follows from them any more.
 ///
@@ -34,7 +45,7 @@ pub(super) fn panels(
             numbers: numbers.clone(),
             columns: Vec::new(),
             photos: batch,
-            samples: result.samples,
+            samples: samples(fitted, result),
             seed: result.seed,
             output: Output::StatisticsAndFilms,
         };

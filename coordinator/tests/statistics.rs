@@ -82,19 +82,23 @@ fn naive(film: &MergedFilm, pixels: &[usize], photo: &Photograph, sensor: &Senso
         };
         for (k, index) in pixels.iter().enumerate().filter(|(_, index)| counted(index)) {
             let (x, y) = at(*index);
-            let near = |radius: usize| -> Vec<f64> {
+            let near = |radius: usize| -> Vec<usize> {
                 let others = pixels.iter().enumerate().filter(|(j, i)| *j != k && counted(i));
                 let close = others.filter(|(_, i)| at(**i).0.abs_diff(x) <= radius && at(**i).1.abs_diff(y) <= radius);
-                close.map(|(j, _)| difference(j) * difference(j) / 4.0).collect()
+                close.map(|(j, _)| j).collect()
             };
             let window = if near(2).len() >= 8 { near(2) } else { near(99) };
             let n = window.len() as f64;
+            let signal = |j: usize| sensor.response.apply((halves(j).0 + halves(j).1) / 2.0).0;
+            let nearby = window.iter().map(|j| signal(*j)).sum::<f64>() / n;
             let (a, b) = halves(k);
             let (m, s) = sensor.response.apply((a + b) / 2.0);
-            let render = window.iter().sum::<f64>() / n;
-            let alone = sensor.read_noise * sensor.read_noise + sensor.shot_noise * m.max(0.0);
+            let render = window.iter().map(|j| difference(*j) * difference(*j) / 4.0).sum::<f64>() / n;
+            let of = |signal: f64| sensor.read_noise * sensor.read_noise + sensor.shot_noise * signal.max(0.0);
+            let expected = of(nearby) + render;
+            let w = 1.0 / (expected * (1.0 + 2.0 / n * (render / expected) * (render / expected)));
+            let alone = of(m);
             let share = render / (alone + render);
-            let w = 1.0 / ((alone + render) * (1.0 + 2.0 / n * share * share));
             let variance = alone + (render + difference(k) * difference(k) / 4.0) / 2.0;
             let score = 1.0 / (variance * excess(share) * (1.0 + 0.9 / n * share * share));
             let measured = f64::from(photo.image.pixels[y * 30 + x][c]);

@@ -23,7 +23,7 @@ pub struct RenderVariance {
     pub pixels: f64,
 }
 
-/// Estimates of the render's variance around every pixel of a tile, in one colour channel.
+/// Estimates of a quantity (the render's variance, the predicted value) around every pixel of a tile, in one colour channel.
 ///
 /// (A - B)^2 / 4 is an unbiased estimate of the variance of (A + B) / 2, but from one pixel it is far too noisy for a
 /// weight, and depends on that pixel's own residual: a weight made of it would favour pixels whose halves agree by

@@ -96,7 +96,9 @@ fn naive(film: &MergedFilm, pixels: &[usize], photo: &Photograph, sensor: &Senso
             let render = window.iter().map(|j| difference(*j) * difference(*j) / 4.0).sum::<f64>() / n;
             let of = |signal: f64| sensor.read_noise * sensor.read_noise + sensor.shot_noise * signal.max(0.0);
             let expected = of(nearby) + render;
-            let w = 1.0 / (expected * (1.0 + 2.0 / n * (render / expected) * (render / expected)));
+            let usual = 1.0 / (expected * (1.0 + 2.0 / n * (render / expected) * (render / expected)));
+            let own = difference(k) * difference(k) / 4.0;
+            let w = if own > 25.0 * expected { 1.0 / (of(nearby) + own) } else { usual };
             let alone = of(m);
             let share = render / (alone + render);
             let variance = alone + (render + difference(k) * difference(k) / 4.0) / 2.0;
@@ -133,7 +135,10 @@ fn equals_a_naive_evaluation_of_the_formulas() {
         let flags: Vec<bool> = (0..TILE.len()).map(|i| i % 7 != 3 && (i < 100 || i % 3 == 0)).collect();
         let indices: Vec<usize> = (0..TILE.len()).filter(|i| flags[*i]).collect();
         let photo = photograph(|x, y| [0.3, 0.01 * x as f32, 0.02 * y as f32], |x, y| (x + y) % 5 != 0);
-        let data = (0..2 * indices.len() * 9).map(|_| 0.3 + 0.1 * noise.normal()).collect();
+        // One value in two hundred is a firefly.
+        let data: Vec<f32> = (0..2 * indices.len() * 9)
+            .map(|k| (if k % 199 == 7 { 9.0 } else { 0.3 }) + 0.1 * noise.normal())
+            .collect();
         let film = MergedFilm { pixels: indices.len(), channels: 9, data, invalid_samples: 4 };
         let set = PixelSet::from_flags(flags);
         let observed = Observed { tile: TILE, pixels: &set, photograph: &photo, sensor: &sensor };

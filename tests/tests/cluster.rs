@@ -1,140 +1,232 @@
-//! The farm as real processes: `gonio`, `gonio-coordinator` and `gonio-worker`, as a user starts them.
+//! The real programs on real sockets: a coordinator, workers, a client, and SIGKILL.
 //!
-//! A render and a fit must have the same bits embedded with one thread and with two, on one worker process, on two, and on
-//! two of which one is killed (SIGKILL) half way.
+//! What must hold is equality to the last bit: of films, statistics and a whole fit, for the embedded farm with one and
+//! two threads, one worker process, two, and two of which one is killed half way.
 
+#![cfg(unix)]
+
+use gonio::farm::Farm;
+use gonio_fit::evaluate::Evaluate;
+use gonio_fit::{FitEvent, Options, fit};
+use gonio_scene::files::DirectoryFiles;
+use gonio_scene::{Capture, Evaluation, EvaluationRequest, Output};
 use gonio_tests::captures;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
 
-/// A program of this workspace, next to the tests' own folder; built where `cargo test -p` left it out.
-fn program(name: &str) -> PathBuf {
-    let exe = std::env::current_exe().unwrap();
-    let folder = exe.parent().unwrap().parent().unwrap();
-    let path = folder.join(name);
-    if !path.exists() {
-        let release = folder.ends_with("release");
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--offline", "--workspace", "--bins"]).args(release.then_some("--release"));
-        assert!(cargo.status().unwrap().success());
-    }
-    path
-}
+/// The folder of the programs, built as this test was: `cargo test` of this crate alone would not have built them.
+static PROGRAMS: LazyLock<PathBuf> = LazyLock::new(|| {
+    let test = std::env::current_exe().unwrap();
+    let folder = test.ancestors().nth(2).unwrap().to_owned();
+    let release = folder.ends_with("release");
+    let built = Command::new(env!("CARGO"))
+        .args(["build", "--quiet", "--bin", "gonio-coordinator", "--bin", "gonio-worker"])
+        .args(release.then_some("--release"))
+        .arg("--target-dir")
+        .arg(folder.parent().unwrap())
+        .current_dir(env!("CARGO_MANIFEST_DIR").to_owned() + "/..")
+        .status();
+    assert!(built.unwrap().success());
+    folder
+});
 
-/// A child process that does not outlive the test.
+/// A program that dies with the test.
 struct Process(Child);
+
+impl Process {
+    fn start(program: &str, arguments: &[&str]) -> Self {
+        let mut command = Command::new(PROGRAMS.join(program));
+        command.args(arguments).env("RUST_LOG", "error").stdout(Stdio::piped());
+        Self(command.spawn().unwrap())
+    }
+
+    /// SIGTERM; how it ended.
+    fn terminate(&mut self) -> ExitStatus {
+        let id = self.0.id().to_string();
+        assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+        self.0.wait().unwrap()
+    }
+}
 
 impl Drop for Process {
     fn drop(&mut self) {
+        // Already gone is as good.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
+/// A coordinator and its workers.
 struct Cluster {
-    _coordinator: Process,
     workers: Vec<Process>,
+    coordinator: Process,
     url: String,
-    _store: tempfile::TempDir,
 }
 
 impl Cluster {
     fn start(workers: usize) -> Self {
-        let store = tempfile::tempdir().unwrap();
-        let mut coordinator = Command::new(program("gonio-coordinator"))
-            .args(["--listen", "127.0.0.1:0", "--store"])
-            .arg(store.path().join("objects"))
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
+        Self::start_with("memory://", workers)
+    }
+
+    fn start_with(store: &str, workers: usize) -> Self {
+        let mut coordinator = Process::start("gonio-coordinator", &["--listen", "127.0.0.1:0", "--store", store]);
         let mut line = String::new();
-        BufReader::new(coordinator.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let address = line.split_whitespace().find(|word| word.contains("127.0.0.1:")).expect("no address printed");
-        let url = format!("http://{}", address.trim_start_matches("http://"));
-        let workers = (0..workers)
-            .map(|_| {
-                let mut worker = Command::new(program("gonio-worker"));
-                Process(worker.args(["--coordinator", &url, "--threads", "1"]).spawn().unwrap())
-            })
-            .collect();
-        Self { _coordinator: Process(coordinator), workers, url, _store: store }
+        BufReader::new(coordinator.0.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let url = line.trim().strip_prefix("listening on ").unwrap().to_owned();
+        let mut cluster = Self { workers: Vec::new(), coordinator, url };
+        for _ in 0..workers {
+            cluster.add_worker();
+        }
+        cluster
+    }
+
+    fn add_worker(&mut self) {
+        self.workers.push(Process::start("gonio-worker", &["--coordinator", &self.url, "--threads", "1"]));
     }
 }
 
-fn gonio(arguments: &[&str], out: &Path) -> Command {
-    let mut command = Command::new(program("gonio"));
-    command.args(arguments).arg("--out").arg(out).stdout(Stdio::null()).stderr(Stdio::piped());
-    command
+const CAPTURE: &str = "none-201";
+
+fn files() -> DirectoryFiles {
+    DirectoryFiles::new(captures().join(CAPTURE))
 }
 
-fn succeed(mut command: Command) {
-    let out = command.output().unwrap();
-    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+fn request(output: Output) -> EvaluationRequest {
+    let capture = Capture::read(&files()).unwrap();
+    let columns = capture.free_parameters().unwrap();
+    EvaluationRequest { numbers: vec![], columns, photos: vec![0, 1, 3], samples: 160, seed: 9, output }
 }
 
-/// What must not depend on who rendered: every file of a render, and the numbers of a fit.
-#[derive(PartialEq)]
-struct Answer {
-    films: Vec<(String, Vec<u8>)>,
-    parameters: serde_json::Value,
-    loss: serde_json::Value,
+/// Every bit of an answer.
+fn bits(evaluation: &Evaluation) -> Vec<u64> {
+    let mut bits = vec![evaluation.primary_samples];
+    for s in &evaluation.photos {
+        bits.extend([s.photo as u64, s.observations, s.invalid_samples]);
+        let sums = [s.loss_variance, s.chi_square, s.squared_error, s.log_variance, s.peak];
+        bits.extend(s.gram.iter().chain(&sums).map(|v| v.to_bits()));
+    }
+    bits.extend(evaluation.films.iter().flat_map(|f| &f.channels).flatten().map(|v| u64::from(v.to_bits())));
+    bits
 }
 
-fn fit_arguments(capture: &str) -> Vec<&str> {
-    vec!["fit", capture, "--samples", "16", "--seed", "5"]
-}
-
-/// Renders and fits with `extra` arguments; `during` runs while the fit does.
-fn answer(extra: &[&str], during: &mut dyn FnMut()) -> Answer {
-    let folder = captures().join("none-202");
-    let capture = folder.to_str().unwrap();
-    let out = tempfile::tempdir().unwrap();
-    let (rendered, fitted) = (out.path().join("render"), out.path().join("fit"));
-    let mut arguments = vec!["render", capture, "--samples", "8", "--seed", "5", "--buffers", "--photos", "00,03"];
-    arguments.extend(extra);
-    succeed(gonio(&arguments, &rendered));
-    let mut arguments = fit_arguments(capture);
-    arguments.extend(extra);
-    let child = gonio(&arguments, &fitted).spawn().unwrap();
-    during();
-    let done = child.wait_with_output().unwrap();
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    let mut films: Vec<_> = std::fs::read_dir(&rendered)
-        .unwrap()
-        .map(|e| e.unwrap().path())
-        .map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&p).unwrap()))
-        .collect();
-    films.sort();
-    assert_eq!(films.len(), 4, "two photos and their first-hit buffers");
-    let text = std::fs::read_to_string(fitted.join("fit.json")).unwrap();
-    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
-    Answer { films, parameters: json["parameters"].clone(), loss: json["loss_curve"].clone() }
+/// Films and statistics; half way through, `half_way` is called once.
+fn evaluate(farm: &Farm, output: Output, half_way: &mut dyn FnMut()) -> Vec<u64> {
+    let mut open = farm.open(&files()).unwrap();
+    let mut called = false;
+    let answer = open.evaluate(&request(output), &mut |progress| {
+        if !called && progress.tasks > 0 && 2 * progress.tasks_done >= progress.tasks {
+            called = true;
+            half_way();
+        }
+        ControlFlow::Continue(())
+    });
+    assert!(called);
+    bits(&answer.unwrap())
 }
 
 #[test]
-fn the_same_bits_whoever_renders() {
-    let one = answer(&["--threads", "1"], &mut || ());
-    assert!(one.parameters[0]["value"].is_f64());
-    let mut same = |what: &str, other: &Answer| {
-        assert!(one.films == other.films, "{what}: the films differ");
-        assert_eq!(one.parameters, other.parameters, "{what}");
-        assert_eq!(one.loss, other.loss, "{what}");
+fn films_have_the_same_bits_however_they_are_farmed() {
+    for output in [Output::StatisticsAndFilms, Output::FirstHit] {
+        let expected = evaluate(&Farm::embedded(1).unwrap(), output, &mut || ());
+        assert_eq!(evaluate(&Farm::embedded(2).unwrap(), output, &mut || ()), expected, "two threads");
+        for workers in [1, 2] {
+            let cluster = Cluster::start(workers);
+            let farm = Farm::connect(&cluster.url).unwrap();
+            assert_eq!(evaluate(&farm, output, &mut || ()), expected, "{workers} worker processes");
+        }
+        let mut cluster = Cluster::start(2);
+        let farm = Farm::connect(&cluster.url).unwrap();
+        let kill = &mut || drop(cluster.workers.pop());
+        assert_eq!(evaluate(&farm, output, kill), expected, "one of two killed");
+        assert_eq!(cluster.workers.len(), 1);
+    }
+}
+
+/// A short fit; after its second iteration, `in_between` is called once. The bits of all parameters and errors.
+fn fitted(farm: &Farm, in_between: &mut dyn FnMut()) -> Vec<u64> {
+    let capture = Capture::read(&files()).unwrap();
+    let mut open = farm.open(&files()).unwrap();
+    let options = Options { seed: 4, max_samples: 16, max_iterations: Some(4), ..Options::default() };
+    let mut iterations = 0;
+    let mut observer = |event: &FitEvent| {
+        if matches!(event, FitEvent::IterationDone(_)) {
+            iterations += 1;
+            if iterations == 2 {
+                in_between();
+            }
+        }
+        ControlFlow::Continue(())
     };
-    same("two threads", &answer(&["--threads", "2"], &mut || ()));
+    let result = fit(&capture, &mut open, &options, &mut observer).unwrap();
+    assert!(iterations >= 2);
+    let numbers = result.parameters.iter().flat_map(|p| [Some(p.value), p.standard_error]);
+    numbers.flatten().chain([result.fit.reduced_chi_square]).map(f64::to_bits).collect()
+}
+
+#[test]
+fn a_fit_has_the_same_bits_however_it_is_farmed() {
+    let expected = fitted(&Farm::embedded(1).unwrap(), &mut || ());
+    assert_eq!(fitted(&Farm::embedded(2).unwrap(), &mut || ()), expected, "two threads");
     for workers in [1, 2] {
         let cluster = Cluster::start(workers);
-        same(&format!("{workers} worker processes"), &answer(&["--farm", &cluster.url], &mut || ()));
+        assert_eq!(fitted(&Farm::connect(&cluster.url).unwrap(), &mut || ()), expected, "{workers} worker processes");
     }
     let mut cluster = Cluster::start(2);
-    let mut victim = cluster.workers.pop().unwrap();
-    let url = cluster.url.clone();
-    let killed = answer(&["--farm", &url], &mut || {
-        std::thread::sleep(Duration::from_millis(1200));
-        assert!(victim.0.try_wait().unwrap().is_none(), "the worker ended before it was killed");
-        victim.0.kill().unwrap();
-        victim.0.wait().unwrap();
-    });
-    same("two worker processes, one killed", &killed);
+    let farm = Farm::connect(&cluster.url).unwrap();
+    assert_eq!(fitted(&farm, &mut || drop(cluster.workers.pop())), expected, "one of two killed");
+}
+
+#[test]
+fn all_workers_may_be_lost_and_others_come() {
+    let expected = evaluate(&Farm::embedded(2).unwrap(), Output::Statistics, &mut || ());
+    let mut cluster = Cluster::start(2);
+    let farm = Farm::connect(&cluster.url).unwrap();
+    let replace = &mut || {
+        cluster.workers.clear();
+        cluster.add_worker();
+    };
+    assert_eq!(evaluate(&farm, Output::Statistics, replace), expected);
+}
+
+#[test]
+fn a_worker_waits_for_a_coordinator_and_both_stop_when_told() {
+    let folder = std::env::temp_dir().join(format!("gonio-cluster-{}", std::process::id()));
+    let mut cluster = Cluster::start_with(folder.to_str().unwrap(), 0);
+    let address = cluster.url.strip_prefix("http://").unwrap().to_owned();
+    assert_eq!(cluster.coordinator.terminate().code(), Some(0));
+    // The worker comes first this time, and finds nobody.
+    cluster.add_worker();
+    std::thread::sleep(Duration::from_millis(300));
+    let arguments = ["--listen", &address, "--store", folder.to_str().unwrap()];
+    cluster.coordinator = Process::start("gonio-coordinator", &arguments);
+    let start = Instant::now();
+    let farm = loop {
+        match Farm::connect(&cluster.url) {
+            Ok(farm) => break farm,
+            Err(error) => assert!(start.elapsed() < Duration::from_secs(60), "{error}"),
+        }
+    };
+    evaluate(&farm, Output::FirstHit, &mut || ());
+    assert_eq!(cluster.workers[0].terminate().code(), Some(0));
+    assert_eq!(cluster.coordinator.terminate().code(), Some(0));
+    // What was sent once is in the folder.
+    assert!(folder.join("blob/sha256").is_dir());
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn arguments_that_make_no_sense_are_one_clear_line() {
+    let fails = |program: &str, arguments: &[&str], expected: &str| {
+        let output = Command::new(PROGRAMS.join(program)).args(arguments).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && text.contains(expected), "{text}");
+    };
+    fails("gonio-coordinator", &["--store", "ftp://x"], "is of an unknown kind, ftp; write a folder");
+    fails("gonio-coordinator", &["--listen", "nowhere", "--store", "memory://"], "cannot listen on nowhere");
+    fails("gonio-worker", &["--coordinator", "not a url"], "write http://HOST:PORT");
+    fails("gonio-worker", &[], "--coordinator");
 }

@@ -20,6 +20,9 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinSet;
 use tonic::Status;
 
+/// How long a worker that stops waits for the coordinator to hear that it does.
+const FAREWELL: Duration = Duration::from_secs(2);
+
 /// One stream to a coordinator.
 pub struct Link {
     /// What the worker says. Bounded, so that a slow coordinator slows the worker down.
@@ -103,9 +106,17 @@ impl Worker {
                     }
                 }
                 _ = renew.tick(), if !session.held.is_empty() => session.renew().await?,
-                () = &mut stop => return session.hand_back().await,
+                () = &mut stop => break,
             }
         }
+        session.hand_back().await?;
+        // The coordinator ends its side when ours has ended, and by then it has heard everything.
+        drop(session);
+        let drained = async { while link.inbound.next().await.is_some() {} };
+        if tokio::time::timeout(FAREWELL, drained).await.is_err() {
+            tracing::warn!("the coordinator did not end the stream in time");
+        }
+        Ok(())
     }
 }
 

@@ -2,8 +2,8 @@
 
 #![allow(dead_code)] // Each test and benchmark uses its own part.
 
-use gonio_scene::film::{FIRST_HIT_CHANNELS, TileFilm};
 use gonio_scene::files::MemoryFiles;
+use gonio_scene::film::{FIRST_HIT_CHANNELS, TileFilm};
 use gonio_scene::image::{Image, encode_exr};
 use gonio_scene::{Assets, Capture, EvaluationRequest, Output, Parameter, Result, SceneError};
 use gonio_worker::renderer::{Loaded, Renderer, Scene, TileTask};
@@ -52,7 +52,14 @@ pub fn capture_of(photos: usize, width: u32, height: u32) -> MemoryFiles {
 pub fn request(files: &MemoryFiles, samples: u32, output: Output) -> EvaluationRequest {
     let capture = Capture::read(files).unwrap();
     let columns = capture.parameters(&["material.m.base_color".into(), "photo.00.gain".into()], &[]).unwrap();
-    EvaluationRequest { numbers: vec![], columns, photos: (0..capture.photos.len()).collect(), samples, seed: 5, output }
+    EvaluationRequest {
+        numbers: vec![],
+        columns,
+        photos: (0..capture.photos.len()).collect(),
+        samples,
+        seed: 5,
+        output,
+    }
 }
 
 /// What the fake renderer does instead of tracing paths.

@@ -12,6 +12,11 @@ const FEWEST: f64 = 8.0;
 /// Smallest variance relative to the square of the photo's peak, for a sensor that claims to be without noise in the dark.
 const SMALLEST: f64 = 1e-12;
 
+/// A pixel whose halves disagree by more than the square root of this many expected standard deviations (five) is a
+/// firefly, a rare bright path: it weighs by its own disagreement. Of Gaussian pixels that changes one in a million, so that
+/// it biases nothing; caustics, whose paths are rare by nature, would otherwise steer a fit by a handful of pixels.
+const FIREFLY: f64 = 25.0;
+
 /// The render's variance at one observation, and how well it is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderVariance {
@@ -122,7 +127,12 @@ pub struct Weight {
 /// expectation by 9 % where the render's noise dominates. `peak` is the photo's largest value.
 #[must_use]
 pub fn weigh(sensor: f64, render: RenderVariance, peak: f64) -> Weight {
-    let variance = (sensor + render.value).max(SMALLEST * peak * peak).max(f64::MIN_POSITIVE.sqrt());
+    let smallest = (SMALLEST * peak * peak).max(f64::MIN_POSITIVE.sqrt());
+    let expected = (sensor + render.value).max(smallest);
+    if render.own > FIREFLY * expected {
+        return Weight { weight: 1.0 / (sensor + render.own), variance: sensor + render.own };
+    }
+    let variance = expected;
     let share = render.value / variance;
     let excess = 2.0 / render.pixels * share * share;
     Weight { weight: 1.0 / (variance * (1.0 + excess)), variance }

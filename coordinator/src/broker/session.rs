@@ -34,7 +34,7 @@ where
             () = outbound.closed() => Ok(()),
         };
         if let Err(status) = result {
-            tracing::warn!(%status, "worker's stream ended");
+            tracing::warn!(reason = status.message(), "a worker's stream broke");
             let _ = outbound.send(Err(status));
         }
     });

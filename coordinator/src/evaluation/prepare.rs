@@ -5,12 +5,16 @@ use crate::aggregate::reduction::ReducedPhoto;
 use crate::aggregate::{Recipe, Reduction};
 use crate::broker::{Active, Failure, Outcome};
 use crate::split::{PhotoArea, Split};
+use futures::{StreamExt, TryStreamExt};
 use gonio_proto::convert::task::Setup;
 use gonio_proto::{Digest, limits};
 use gonio_scene::derivative::Plan;
 use gonio_scene::{EvaluationRequest, MAX_SIDE, Output, Photograph};
 use std::sync::Arc;
 use tokio::sync::oneshot;
+
+/// Photographs of one evaluation that are read and decoded at the same time.
+const PHOTOGRAPHS_AT_ONCE: usize = 4;
 
 /// An evaluation that is ready to be worked on, and where its outcome will be told.
 pub type Prepared = (Arc<Active>, oneshot::Receiver<Outcome>);
@@ -38,13 +42,12 @@ pub async fn prepare(
     let plan = Plan::new(&capture, &request.columns).map_err(Failure::of_request)?;
     let capture = Arc::new(capture);
 
-    let mut photographs = Vec::with_capacity(request.photos.len());
-    for index in &request.photos {
-        photographs.push(match request.output.compares() {
-            true => Some(captures.photograph(digest, &described, &capture, *index).await?),
-            false => None,
-        });
-    }
+    let compares = request.output.compares();
+    let read = request.photos.iter().map(async |index| match compares {
+        true => captures.photograph(digest, &described, &capture, *index).await.map(Some),
+        false => Ok(None),
+    });
+    let photographs: Vec<_> = futures::stream::iter(read).buffered(PHOTOGRAPHS_AT_ONCE).try_collect().await?;
     let cpu = move || {
         let mut photos = Vec::with_capacity(photographs.len());
         for (index, photograph) in request.photos.iter().zip(photographs) {

@@ -4,6 +4,8 @@
 //! The simulations draw Gaussian noise from a counted generator, so they give the same numbers in every run; their
 //! tolerances are about four standard errors of the mean over the repetitions.
 
+#![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
+
 use gonio_coordinator::aggregate::merge::MergedFilm;
 use gonio_coordinator::aggregate::recipe::{ActiveColumn, Recipe};
 use gonio_coordinator::aggregate::statistics::{Observed, compare};
@@ -37,7 +39,7 @@ fn photograph(value: impl Fn(usize, usize) -> [f32; 3], counts: impl Fn(usize, u
     let place = |i: u32| ((i % SIZE.0) as usize, (i / SIZE.0) as usize);
     let pixels = (0..SIZE.0 * SIZE.1).map(|i| value(place(i).0, place(i).1)).collect();
     let counts = (0..SIZE.0 * SIZE.1).map(|i| counts(place(i).0, place(i).1)).collect();
-    Photograph { image: Image { width: SIZE.0, height: SIZE.1, pixels, ..Image::default() }, counts, clipped: 0 }
+    Photograph { image: Image { width: SIZE.0, height: SIZE.1, pixels }, counts, clipped: 0 }
 }
 
 fn all_pixels() -> PixelSet {
@@ -136,9 +138,8 @@ fn equals_a_naive_evaluation_of_the_formulas() {
         let indices: Vec<usize> = (0..TILE.len()).filter(|i| flags[*i]).collect();
         let photo = photograph(|x, y| [0.3, 0.01 * x as f32, 0.02 * y as f32], |x, y| (x + y) % 5 != 0);
         // One value in two hundred is a firefly.
-        let data: Vec<f32> = (0..2 * indices.len() * 9)
-            .map(|k| (if k % 199 == 7 { 9.0 } else { 0.3 }) + 0.1 * noise.normal())
-            .collect();
+        let data: Vec<f64> =
+            (0..2 * indices.len() * 9).map(|k| (if k % 199 == 7 { 9.0 } else { 0.3 }) + 0.1 * noise.normal()).collect();
         let film = MergedFilm { pixels: indices.len(), channels: 9, data, invalid_samples: 4 };
         let set = PixelSet::from_flags(flags);
         let observed = Observed { tile: TILE, pixels: &set, photograph: &photo, sensor: &sensor };

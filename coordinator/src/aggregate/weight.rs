@@ -12,8 +12,8 @@ const FEWEST: f64 = 8.0;
 /// Smallest variance relative to the square of the photo's peak, for a sensor that claims to be without noise in the dark.
 const SMALLEST: f64 = 1e-12;
 
-/// A pixel whose halves disagree by more than the square root of this many expected standard deviations (five) is a
-/// firefly, a rare bright path: it weighs by its own disagreement. Of Gaussian pixels that changes one in a million, so that
+/// A pixel whose own estimate exceeds the expected variance by this factor (five standard deviations) holds a firefly, a
+/// rare bright path: it weighs by its own disagreement. Of Gaussian pixels that changes one in a million, so that
 /// it biases nothing; caustics, whose paths are rare by nature, would otherwise steer a fit by a handful of pixels.
 const FIREFLY: f64 = 25.0;
 

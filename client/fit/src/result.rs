@@ -50,7 +50,7 @@ pub struct Estimate {
     pub start: f64,
     /// The estimate.
     pub value: f64,
-    /// Its standard error: the larger of the two below where they disagree, else the model's; absent where the data
+    /// Its standard error: the larger of the two below; absent where the data
     /// say nothing about the parameter.
     pub standard_error: Option<f64>,
     /// From the curvature of the loss, scaled by the root of reduced chi-square where that exceeds 1.

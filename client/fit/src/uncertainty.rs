@@ -10,8 +10,10 @@
 //!   alike within a photo, as those of a wrong light or pose are, which no number of pixels averages away. With few
 //!   photos it is rough, and of a parameter that one photo alone determines it knows nothing.
 //!
-//! The reported standard error is the model's, or the one between photos where that is larger by more than the scatter
-//! of so few photos explains: its square over the model's is about chi-square with K - 1 degrees of freedom, over these.
+//! The reported standard error is the larger of the two: the model knows nothing of the heavy tails of caustics and of what
+//! a photo has in common, the scatter of few photos may come out small by chance. The photos *disagree* where theirs is larger
+//! by more than the scatter of so few explains: its square over the model's is about chi-square with K - 1 degrees of
+//! freedom, over these.
 
 use crate::Normal;
 use crate::normal::{Spectrum, count};
@@ -34,6 +36,8 @@ pub(crate) struct Uncertainty {
     pub correlations: Vec<Vec<f64>>,
     /// The scaled normal equations, whose small eigenvalues are combinations that the data cannot tell apart.
     pub spectrum: Spectrum,
+    /// How much larger the error between photos must be than the model's for them to disagree.
+    ratio: f64,
 }
 
 impl Uncertainty {
@@ -53,18 +57,16 @@ impl Uncertainty {
         let model = root(&covariance, shared * reduced_chi_square.max(1.0));
         let between_photos = sandwich(photos, &covariance, parameters).map(|m| root(&m, 1.0));
         let standard_errors = match &between_photos {
-            Some(wider) => {
-                let ratio = disagreement(photos.len());
-                model.iter().zip(wider).map(|(m, w)| if *w > ratio * m { *w } else { *m }).collect()
-            }
+            Some(wider) => model.iter().zip(wider).map(|(m, w)| m.max(*w)).collect(),
             None => model.clone(),
         };
-        Self { standard_errors, correlations: correlations(&covariance), model, between_photos, spectrum }
+        let ratio = disagreement(photos.len());
+        Self { standard_errors, correlations: correlations(&covariance), model, between_photos, spectrum, ratio }
     }
 
     /// Whether the photos disagree about parameter `i` by more than noise explains.
     pub fn photos_disagree(&self, i: usize) -> bool {
-        self.standard_errors.get(i) > self.model.get(i)
+        matches!((self.standard_errors.get(i), self.model.get(i)), (Some(s), Some(m)) if *s > self.ratio * m)
     }
 }
 
@@ -135,6 +137,7 @@ mod tests {
         let u = Uncertainty::new(&[photo(100, 0.0), photo(100, 0.0)], 1);
         assert!((u.model[0] - (1.0_f64 / 200.0).sqrt() * (200.0_f64 / 199.0).sqrt()).abs() < 1e-12);
         assert_eq!(u.standard_errors, u.model);
+        assert!(!u.photos_disagree(0));
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! The farm from a client's request to its answer: real client, coordinator and worker, with a renderer that only pretends.
 //! What must hold: equal bits whatever the transport, the threads and the losses; every failure ends in one clear error.
 
+#![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
+
 mod support;
 
 use gonio::farm::Farm;

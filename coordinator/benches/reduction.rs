@@ -64,9 +64,10 @@ fn compare_tile(bencher: Bencher<'_, '_>, columns: usize) {
     let mut merge = ChunkMerge::default();
     merge.add(0, film, 8);
     let film = merge.finish();
-    let image = Image { width: 32, height: 32, pixels: vec![[0.5; 3]; 1024], ..Image::default() };
+    let image = Image { width: 32, height: 32, pixels: vec![[0.5; 3]; 1024] };
     let photograph = Photograph { image, counts: vec![true; 1024], clipped: 0 };
-    let column = |channel: usize, column: usize| ActiveColumn { column, terms: vec![(3 * (1 + column) + channel, 1.0)] };
+    let column =
+        |channel: usize, column: usize| ActiveColumn { column, terms: vec![(3 * (1 + column) + channel, 1.0)] };
     let channels = [0, 1, 2].map(|channel| (0..columns).map(|c| column(channel, c)).collect());
     let recipe = Recipe { factor: 1.0, channels, columns };
     let (pixels, sensor) = (PixelSet::from_flags([true; 1024]), Sensor::default());

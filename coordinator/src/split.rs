@@ -182,7 +182,7 @@ mod tests {
     fn only_pixels_that_count_are_rendered_for_statistics() {
         let mut counts = vec![false; 64 * 40];
         counts[33 * 64 + 40] = true;
-        let image = Image { width: 64, height: 40, pixels: vec![[0.0; 3]; 64 * 40], ..Image::default() };
+        let image = Image { width: 64, height: 40, pixels: vec![[0.0; 3]; 64 * 40] };
         let photograph = Photograph { image, counts, clipped: 0 };
         let area = PhotoArea { width: 64, height: 40, counted: Some(&photograph) };
         let split = Split::new(&[area], 2, Output::Statistics, 0).unwrap();

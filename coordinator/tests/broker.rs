@@ -1,6 +1,8 @@
 //! Leases and commits, seen by workers that misbehave in every way that time and networks have: the answer must have the
 //! bits of an undisturbed run, and every task must be committed once. Time is tokio's, paused: it jumps to the next timer.
 
+#![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
+
 mod support;
 
 use futures::FutureExt;
@@ -165,7 +167,8 @@ async fn dropping_the_stream_cancels_and_frees_the_workers() {
 #[tokio::test(start_paused = true)]
 async fn evaluations_and_workers_take_turns() {
     let (coordinator, digest) = coordinator().await;
-    let (_a, _b) = (coordinator.evaluate(request(digest, 9)).unwrap(), coordinator.evaluate(request(digest, 9)).unwrap());
+    let (_a, _b) =
+        (coordinator.evaluate(request(digest, 9)).unwrap(), coordinator.evaluate(request(digest, 9)).unwrap());
     // Both are split before anybody asks.
     tokio::time::sleep(Duration::from_secs(1)).await;
     let mut worker = Script::join(&coordinator, 4).await;

@@ -1,5 +1,7 @@
 //! Peers that break the protocol, over real gRPC: each gets a clear status, and the coordinator goes on serving others.
 
+#![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
+
 mod support;
 
 use bytes::Bytes;
@@ -48,8 +50,9 @@ async fn workers_that_break_the_protocol_are_sent_away() {
         change(&mut message);
         Some(from_worker::Message::Hello(message))
     };
-    let id = Some(wire::AttemptId { epoch: 1, evaluation: 1, task: 1, attempt: 0 });
-    let many = vec![id.unwrap(); limits::CREDITS as usize + 1];
+    let id = wire::AttemptId { epoch: 1, evaluation: 1, task: 1, attempt: 0 };
+    let many = vec![id; limits::CREDITS as usize + 1];
+    let id = Some(id);
     use from_worker::Message::{Ask, Chunk, Commit, Failed, Released, Renew};
     let cases = [
         (vec![None], "must begin with Hello"),

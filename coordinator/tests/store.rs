@@ -1,5 +1,7 @@
 //! One suite that every store passes: a folder, memory, and S3 by way of the same `object_store` trait.
 
+#![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
+
 use bytes::Bytes;
 use gonio_coordinator::store::{Blobs, StoreError};
 use gonio_proto::Digest;
@@ -61,7 +63,9 @@ async fn many_writers_of_one_blob_agree() {
 
 #[test]
 fn urls_of_no_store_are_refused() {
-    for (url, expected) in [("ftp://host/x", "unknown kind, ftp"), ("", "names no folder"), ("/dev/null/x", "cannot be made")] {
+    for (url, expected) in
+        [("ftp://host/x", "unknown kind, ftp"), ("", "names no folder"), ("/dev/null/x", "cannot be made")]
+    {
         let error = Blobs::open(url).unwrap_err().to_string();
         assert!(error.contains(expected) && error.contains("s3://BUCKET/PREFIX"), "{error}");
     }

@@ -1,6 +1,8 @@
 //! Messages that break the protocol, each refused with an error that names the field, before anything of the size that
 //! they announce is allocated. What a good message says must survive the wire unchanged.
 
+#![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
+
 use bytes::Bytes;
 use gonio_proto::convert::digest::{Digest, digests_from_wire, digests_to_wire};
 use gonio_proto::convert::request::{request_from_wire, request_to_wire};

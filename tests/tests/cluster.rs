@@ -3,6 +3,7 @@
 //! What must hold is equality to the last bit: of films, statistics and a whole fit, for the embedded farm with one and
 //! two threads, one worker process, two, and two of which one is killed half way.
 
+#![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
 #![cfg(unix)]
 
 use gonio::farm::Farm;

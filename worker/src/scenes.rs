@@ -122,6 +122,7 @@ async fn fetch(blobs: &dyn BlobSource, digest: Digest, what: &str) -> Result<byt
     Ok(blob)
 }
 
+#[allow(clippy::needless_pass_by_value)] // Its place is in `map_err`.
 fn broken(error: impl ToString) -> SceneUnavailable {
     SceneUnavailable::Broken(error.to_string())
 }

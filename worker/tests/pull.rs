@@ -1,13 +1,15 @@
 //! The pull loop against a coordinator whose every word the test chooses, with a renderer that only pretends.
 
+#![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
+
 use bytes::Bytes;
 use futures::future::BoxFuture;
 use futures::{FutureExt, StreamExt};
+use gonio_proto::Digest;
 use gonio_proto::convert::film::{FilmAssembly, FilmShape};
 use gonio_proto::convert::manifest::Manifest;
 use gonio_proto::convert::task::{AttemptId, Setup, Task};
 use gonio_proto::wire::{self, from_worker, to_worker};
-use gonio_proto::Digest;
 use gonio_scene::film::{PixelSet, Tile, TileFilm};
 use gonio_scene::{Assets, Capture, Parameter, Result, SceneError};
 use gonio_worker::pull::{Link, PullError};

@@ -106,6 +106,7 @@ fn check(evaluation: Evaluation, request: &EvaluationRequest) -> Result<Evaluati
     Err(EvaluateError::Farm("the answer is not one to this request".to_owned()))
 }
 
+#[allow(clippy::needless_pass_by_value)] // Its place is in `map_err`.
 fn broken(error: WireError) -> EvaluateError {
     EvaluateError::Farm(format!("the coordinator broke the protocol: {error}"))
 }

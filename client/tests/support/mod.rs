@@ -1,6 +1,7 @@
 //! A capture in memory, and a renderer that costs nothing and can be made to misbehave.
 
-#![allow(dead_code)] // Each test and benchmark uses its own part.
+// Each test and benchmark uses its own part; a helper of tests may unwrap as they do.
+#![allow(dead_code, missing_docs, clippy::unwrap_used)]
 
 use gonio_scene::files::MemoryFiles;
 use gonio_scene::film::{FIRST_HIT_CHANNELS, TileFilm};
@@ -35,7 +36,7 @@ pub fn capture_of(photos: usize, width: u32, height: u32) -> MemoryFiles {
     );
     let mut files = MemoryFiles::default();
     let pixels = vec![[0.5; 3]; (width * height) as usize];
-    let exr = encode_exr("photo.exr", &Image { width, height, pixels, ..Image::default() }).unwrap();
+    let exr = encode_exr("photo.exr", &Image { width, height, pixels }).unwrap();
     for photo in 0..photos {
         toml += &format!(
             "[[photo]]\nfile = \"photos/{photo:02}.exr\"\n\

@@ -15,6 +15,7 @@ pub struct Failure {
     pub text: String,
 }
 
+#[allow(clippy::needless_pass_by_value)] // Their place is in `map_err`.
 impl Failure {
     /// A failure of the request or its capture.
     pub fn of_request(text: impl ToString) -> Self {

@@ -5,7 +5,7 @@ use crate::aggregate::reduction::ReducedPhoto;
 use crate::aggregate::{Recipe, Reduction};
 use crate::broker::{Active, Failure, Outcome};
 use crate::split::{PhotoArea, Split};
-use futures::{StreamExt, TryStreamExt};
+use futures::{FutureExt, StreamExt, TryStreamExt};
 use gonio_proto::convert::task::Setup;
 use gonio_proto::{Digest, limits};
 use gonio_scene::derivative::Plan;
@@ -42,12 +42,14 @@ pub async fn prepare(
     let plan = Plan::new(&capture, &request.columns).map_err(Failure::of_request)?;
     let capture = Arc::new(capture);
 
-    let compares = request.output.compares();
-    let read = request.photos.iter().map(async |index| match compares {
-        true => captures.photograph(digest, &described, &capture, *index).await.map(Some),
-        false => Ok(None),
-    });
-    let photographs: Vec<_> = futures::stream::iter(read).buffered(PHOTOGRAPHS_AT_ONCE).try_collect().await?;
+    let mut photographs = vec![None; request.photos.len()];
+    if request.output.compares() {
+        let read = |index: &usize| captures.photograph(digest, &described, &capture, *index).boxed();
+        // Made at once but begun in turn: a future does nothing until it is polled.
+        let reads: Vec<_> = request.photos.iter().map(read).collect();
+        let found: Vec<_> = futures::stream::iter(reads).buffered(PHOTOGRAPHS_AT_ONCE).try_collect().await?;
+        photographs = found.into_iter().map(Some).collect();
+    }
     let cpu = move || {
         let mut photos = Vec::with_capacity(photographs.len());
         for (index, photograph) in request.photos.iter().zip(photographs) {

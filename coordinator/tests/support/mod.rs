@@ -1,20 +1,21 @@
 //! A capture in a coordinator's store, and a worker whose every word the test chooses.
 
-#![allow(dead_code)] // Each test uses its own part.
+// Each test uses its own part; a helper of tests may unwrap as they do.
+#![allow(dead_code, missing_docs, clippy::unwrap_used)]
 
 use futures::StreamExt;
 use gonio_coordinator::Coordinator;
 use gonio_coordinator::broker::ToWorker;
 use gonio_coordinator::store::Blobs;
+use gonio_proto::Digest;
 use gonio_proto::convert::event::{Event, FilmCollector};
 use gonio_proto::convert::film::film_to_wire;
 use gonio_proto::convert::manifest::pack;
 use gonio_proto::convert::request::request_to_wire;
 use gonio_proto::convert::task::{AttemptId, Task};
 use gonio_proto::wire::{self, from_worker, to_worker};
-use gonio_proto::Digest;
-use gonio_scene::film::TileFilm;
 use gonio_scene::files::{Files, MemoryFiles};
+use gonio_scene::film::TileFilm;
 use gonio_scene::{EvaluationRequest, Film, Output};
 use std::sync::Arc;
 use std::time::Duration;

@@ -8,7 +8,6 @@
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 
 pub mod bsdf;
-#[path = "bvh_snapshot/mod.rs"]
 pub mod bvh;
 mod camera;
 mod geometry;

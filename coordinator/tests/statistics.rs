@@ -97,10 +97,9 @@ fn naive(film: &MergedFilm, pixels: &[usize], photo: &Photograph, sensor: &Senso
             let (m, s) = sensor.response.apply((a + b) / 2.0);
             let render = window.iter().map(|j| difference(*j) * difference(*j) / 4.0).sum::<f64>() / n;
             let of = |signal: f64| sensor.read_noise * sensor.read_noise + sensor.shot_noise * signal.max(0.0);
-            let expected = of(nearby) + render;
-            let usual = 1.0 / (expected * (1.0 + 2.0 / n * (render / expected) * (render / expected)));
-            let own = difference(k) * difference(k) / 4.0;
-            let w = if own > 25.0 * expected { 1.0 / (of(nearby) + own) } else { usual };
+            let everywhere = near(99);
+            let tile = everywhere.iter().map(|j| difference(*j) * difference(*j) / 4.0).sum::<f64>();
+            let w = 1.0 / (of(nearby) + tile / everywhere.len() as f64);
             let alone = of(m);
             let share = render / (alone + render);
             let variance = alone + (render + difference(k) * difference(k) / 4.0) / 2.0;

@@ -24,6 +24,8 @@ pub struct TileWork {
     pub tile: Tile,
     /// Never empty.
     pub pixels: PixelSet,
+    /// Number of pixels in `pixels`, which is asked for more often than it should be counted.
+    pub count: usize,
 }
 
 /// A photo to be split.
@@ -90,8 +92,9 @@ impl Split {
                     None if tile.len() == (TILE * TILE) as usize => full.clone(),
                     None => PixelSet::from_flags(std::iter::repeat_n(true, tile.len())),
                 };
-                if pixels.indices().next().is_some() {
-                    tiles.push(TileWork { photo, tile, pixels });
+                let count = pixels.count();
+                if count > 0 {
+                    tiles.push(TileWork { photo, tile, pixels, count });
                 }
             }
         }
@@ -133,14 +136,14 @@ impl Split {
     #[must_use]
     pub fn shape(&self, tile: usize) -> FilmShape {
         let halves = if self.samples == 0 { 1 } else { 2 };
-        FilmShape { pixels: self.tiles[tile].pixels.count(), channels: self.channels, halves }
+        FilmShape { pixels: self.tiles[tile].count, channels: self.channels, halves }
     }
 
     /// Camera samples of one task: both halves of every pixel, or one ray per pixel for first hits.
     #[must_use]
     pub fn camera_samples(&self, part: &Part) -> u64 {
         let per_pixel = if self.samples == 0 { 1 } else { 2 * part.samples.len() as u64 };
-        self.tiles[part.tile].pixels.count() as u64 * per_pixel
+        self.tiles[part.tile].count as u64 * per_pixel
     }
 }
 

@@ -186,7 +186,10 @@ mod tests {
         own[3 * 6 + 3] = Some(1000.0);
         let map = VarianceMap::new(TILE, &own);
         assert_eq!(map.at(3 * 6 + 3), RenderVariance { value: 1.0, tile: 1.0, own: 1000.0, pixels: 24.0 });
-        assert_eq!(map.at(3 * 6 + 2), RenderVariance { value: 1023.0 / 24.0, tile: 1040.0 / 41.0, own: 1.0, pixels: 24.0 });
+        assert_eq!(
+            map.at(3 * 6 + 2),
+            RenderVariance { value: 1023.0 / 24.0, tile: 1040.0 / 41.0, own: 1.0, pixels: 24.0 }
+        );
         assert_eq!(map.at(0), RenderVariance { value: 1.0, tile: 1040.0 / 41.0, own: 1.0, pixels: 8.0 });
     }
 

@@ -3,8 +3,8 @@
 //! The forward derivative is that of the estimator with its paths held fixed, so the differences are taken along the same
 //! paths. They are compared along one direction, J from another seed: <J', D> / <J', J> must be 1 within 1 %.
 
-use gonio_scene::film::{PixelSet, Tile};
 use gonio_scene::files::DirectoryFiles;
+use gonio_scene::film::{PixelSet, Tile};
 use gonio_scene::{Assets, Capture, Parameter};
 use gonio_tests::captures;
 use gonio_tracer::{Prepared, Stage, TileTask};
@@ -89,7 +89,13 @@ fn check(folder: &str, names: &[&str]) {
 fn materials_under_a_point_light() {
     check(
         "reference/plastic-bracket-board-point",
-        &["material.m.base_color", "material.m.roughness", "material.m.ior", "material.b.base_color", "light.led.intensity"],
+        &[
+            "material.m.base_color",
+            "material.m.roughness",
+            "material.m.ior",
+            "material.b.base_color",
+            "light.led.intensity",
+        ],
     );
 }
 
@@ -97,7 +103,13 @@ fn materials_under_a_point_light() {
 fn interreflections_under_a_sphere_light() {
     check(
         "reference/box-interreflection",
-        &["material.w.base_color", "material.r.base_color", "material.m.base_color", "material.m.roughness", "light.lamp.intensity"],
+        &[
+            "material.w.base_color",
+            "material.r.base_color",
+            "material.m.base_color",
+            "material.m.roughness",
+            "light.lamp.intensity",
+        ],
     );
 }
 

@@ -41,7 +41,12 @@ fn check(name: &str, case: &str, result: &FitResult) {
         let bound = bound.unwrap_or(if p.name.starts_with("light") { 0.01 } else { 0.02 } * truth);
         let off = (p.value - truth).abs();
         let error = p.standard_error.unwrap();
-        println!("{name} {case} {}: {:.5} +- {error:.5}, truth {truth:.5} ({:.1} errors)", p.name, p.value, off / error);
+        println!(
+            "{name} {case} {}: {:.5} +- {error:.5}, truth {truth:.5} ({:.1} errors)",
+            p.name,
+            p.value,
+            off / error
+        );
         if off > bound || (off > 3.0 * error && off > 0.003 * truth) {
             bad.push(format!("{name} {case} {}: {} +- {error}, truth {truth}", p.name, p.value));
         }
@@ -71,11 +76,11 @@ fn the_truth_is_found_from_every_start_and_seed() {
         ("high ior", &[("material.shell.ior", 1.8)]),
     ];
     for name in NAMES {
-        for (case, start) in far {
-            check(name, case, &run(&farm, name, 1, start));
-        }
         for seed in [2, 3] {
             check(name, &format!("seed {seed}"), &run(&farm, name, seed, &[]));
+        }
+        for (case, start) in far {
+            check(name, case, &run(&farm, name, 1, start));
         }
     }
 }

@@ -83,13 +83,10 @@ fn compare_channel(
 ) {
     let predictions = predict(film, observed, recipe, channel);
     let mut own = vec![None; observed.tile.len()];
-    let mut mean_of = own.clone();
     for p in &predictions {
         own[p.index] = Some(0.25 * p.difference * p.difference);
-        mean_of[p.index] = Some(p.mean);
     }
     let variances = VarianceMap::new(observed.tile, &own);
-    let means = VarianceMap::new(observed.tile, &mean_of);
 
     let active = &recipe.channels[channel];
     let side = 1 + active.len();
@@ -98,10 +95,9 @@ fn compare_channel(
     let (mut mean, mut half) = (vec![0.0; side], vec![0.0; side]);
     let mut log_variance = LogSum::default();
     for p in &predictions {
-        let render = variances.at(p.index);
-        // A fit's weight must not follow the pixel's own noise, or it favours renders that came out dark by chance.
-        let w = weigh(observed.sensor.variance(means.at(p.index).value), render, peak).weight;
-        let score = score(observed.sensor.variance(p.mean), render, peak);
+        let (sensor, render) = (observed.sensor.variance(p.mean), variances.at(p.index));
+        let w = weigh(sensor, render, peak).weight;
+        let score = score(sensor, render, peak);
         mean[0] = p.mean - p.measured;
         half[0] = 0.5 * p.difference;
         let (a, b) = (film.pixel(0, p.pixel), film.pixel(1, p.pixel));

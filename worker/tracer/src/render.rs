@@ -189,11 +189,8 @@ impl Prepared {
         let (p, n) = (surface.position, surface.normal);
         let view_direction = -ray.direction;
         let angle = |v: Vec3| libm::acosf(n.dot(v).clamp(-1.0, 1.0));
-        let half = view
-            .lights
-            .principal_direction(p)
-            .and_then(|l| (l + view_direction).try_normalize())
-            .map_or(0.0, angle);
+        let half =
+            view.lights.principal_direction(p).and_then(|l| (l + view_direction).try_normalize()).map_or(0.0, angle);
         let depth = (p - view.camera.origin).dot(view.camera.forward);
         [depth, n.x, n.y, n.z, surface.object as f32, p.x, p.y, p.z, half, angle(view_direction)]
     }
@@ -208,11 +205,6 @@ impl Prepared {
 impl View {
     /// The camera ray through an image position in pixels.
     fn ray(&self, x: f32, y: f32) -> Ray {
-        Ray {
-            origin: self.camera.origin,
-            direction: self.camera.direction(x, y),
-            t_min: 0.0,
-            t_max: f32::INFINITY,
-        }
+        Ray { origin: self.camera.origin, direction: self.camera.direction(x, y), t_min: 0.0, t_max: f32::INFINITY }
     }
 }

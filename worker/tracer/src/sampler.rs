@@ -40,7 +40,8 @@ impl PixelSampler {
     #[must_use]
     pub fn sample(&self, index: u32) -> Sampler {
         let pad = index / SEQUENCE;
-        let scramble = if pad == 0 { self.scramble } else { fold(mix(u64::from(self.scramble) << 32 | u64::from(pad))) };
+        let scramble =
+            if pad == 0 { self.scramble } else { fold(mix(u64::from(self.scramble) << 32 | u64::from(pad))) };
         Sampler { scramble, index: index % SEQUENCE, group: 0 }
     }
 }
@@ -127,7 +128,12 @@ mod tests {
         ];
         for pair in pairs {
             let n = 4000;
-            let sum: f32 = (0..n).map(|i| { let (a, b) = pair(i); value(a) * value(b) }).sum();
+            let sum: f32 = (0..n)
+                .map(|i| {
+                    let (a, b) = pair(i);
+                    value(a) * value(b)
+                })
+                .sum();
             let correlation = sum / n as f32 * 12.0;
             assert!(correlation.abs() < 4.5 / (n as f32).sqrt(), "correlation {correlation}");
         }

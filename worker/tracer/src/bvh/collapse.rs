@@ -24,6 +24,10 @@ pub(super) enum Child {
 }
 
 impl Child {
+    pub fn is_node(self) -> bool {
+        matches!(self, Self::Node(_))
+    }
+
     /// The binary node.
     pub fn source(self) -> u32 {
         match self {

@@ -51,7 +51,7 @@ pub(super) fn layout(triangles: &[[Vec3; 3]]) -> Layout {
 
 /// Whether a triangle can be hit: not where its vertices lie on a line or a point, or are out of range.
 fn has_area(triangle: &[Vec3; 3]) -> bool {
-    let [a, b, c] = triangle.map(|v| v.as_dvec3());
+    let [a, b, c] = triangle.map(Vec3::as_dvec3);
     let (ab, ac) = (b - a, c - a);
     // Products of single-precision differences are exact in double precision, or nearly.
     let in_range = triangle.iter().all(|v| v.is_finite() && v.abs().max_element() <= LARGEST);
@@ -89,8 +89,8 @@ impl Writer<'_> {
             }
             collapse.children(source, &mut children);
             let area = |child: &Source| tree.nodes[child.source() as usize].aabb.half_area();
-            // Large boxes first: that is where a ray that asks for any hit looks first.
-            children.sort_by(|a, b| area(b).total_cmp(&area(a)));
+            // Where a ray that asks for any hit looks first: at triangles at hand, then into large boxes.
+            children.sort_by(|a, b| a.is_node().cmp(&b.is_node()).then(area(b).total_cmp(&area(a))));
             let pending = pending + children.len();
             if pending + WIDTH > CAPACITY {
                 return None;

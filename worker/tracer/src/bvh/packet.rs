@@ -12,7 +12,7 @@ use super::ray::{Frame, Hit, Ray};
 use super::stack::{Len, Stack};
 use super::triangle::{self, Nearest};
 
-use glam::Vec4;
+use glam::{Vec2, Vec4};
 
 /// Rays that share a walk.
 pub(super) const PACKET: usize = 16;
@@ -50,7 +50,7 @@ impl<L: Lanes> Envelope<L> {
     fn new(lanes: L, frames: &[Frame], extent: f32) -> Option<Self> {
         let (first, others) = frames.split_first()?;
         let (mut origin, mut inverse) = ([first.origin; 2], [first.inverse; 2]);
-        let mut shear = [first.shear; 2];
+        let mut shear = [Vec2::from(first.shear); 2];
         let mut t_min = first.t_min;
         for frame in others {
             if frame.backward != first.backward || frame.axes != first.axes {
@@ -58,14 +58,10 @@ impl<L: Lanes> Envelope<L> {
             }
             origin = [origin[0].min(frame.origin), origin[1].max(frame.origin)];
             inverse = [inverse[0].min(frame.inverse), inverse[1].max(frame.inverse)];
-            for axis in 0..2 {
-                shear[0][axis] = shear[0][axis].min(frame.shear[axis]);
-                shear[1][axis] = shear[1][axis].max(frame.shear[axis]);
-            }
+            shear = [shear[0].min(frame.shear.into()), shear[1].max(frame.shear.into())];
             t_min = t_min.min(frame.t_min);
         }
-        let coherent = shear[1][0] - shear[0][0] <= SPREAD
-            && shear[1][1] - shear[0][1] <= SPREAD
+        let coherent = (shear[1] - shear[0]).max_element() <= SPREAD
             && (origin[1] - origin[0]).max_element() <= SPREAD * SPREAD * extent;
         if !coherent {
             return None;

@@ -69,4 +69,22 @@ impl Stack {
         }
         None
     }
+
+    /// Pushes a child wherever it is; for traversals that pop by [`Stack::pop_any`] only.
+    #[inline(always)]
+    pub fn push_any(&mut self, len: &mut Len, child: u32) {
+        self.child[len.0].write(child);
+        len.0 += 1;
+    }
+
+    /// The last child pushed by [`Stack::push_any`].
+    #[inline(always)]
+    pub fn pop_any(&self, len: &mut Len) -> Option<u32> {
+        if len.0 == 0 {
+            return None;
+        }
+        len.0 -= 1;
+        // SAFETY: as in `pop`, for the children.
+        Some(unsafe { self.child.get_unchecked(len.0).assume_init() })
+    }
 }

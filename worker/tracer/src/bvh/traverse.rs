@@ -119,14 +119,16 @@ pub(super) fn occluded<L: Lanes>(lanes: L, nodes: &[Node], leaves: &[f32], ray: 
             if bits != 0 {
                 child = Child(node.children[bits.trailing_zeros() as usize % WIDTH]);
                 bits &= bits - 1;
+                // The last first, so that children are visited in the order of their slots.
                 while bits != 0 {
-                    stack.push(&mut len, 0.0, node.children[bits.trailing_zeros() as usize % WIDTH]);
-                    bits &= bits - 1;
+                    let last = bits.ilog2();
+                    stack.push_any(&mut len, node.children[last as usize % WIDTH]);
+                    bits ^= 1 << last;
                 }
                 continue;
             }
         }
-        match stack.pop(&mut len, f32::INFINITY) {
+        match stack.pop_any(&mut len) {
             Some(next) => child = Child(next),
             None => return false,
         }

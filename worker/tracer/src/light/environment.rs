@@ -37,8 +37,7 @@ impl EnvironmentMap {
             nodes.extend_from_within(..);
         }
         let height = nodes.len() / width;
-        let mut this =
-            Self { width, height, nodes, cells: vec![], rows: vec![], columns: vec![], total: 0.0 };
+        let mut this = Self { width, height, nodes, cells: vec![], rows: vec![], columns: vec![], total: 0.0 };
         let mut weights = Vec::with_capacity(width * (height - 1));
         for i in 0..height - 1 {
             let polar = |row: usize| libm::cos(std::f64::consts::PI * row as f64 / (height - 1) as f64);

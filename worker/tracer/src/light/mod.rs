@@ -64,7 +64,12 @@ fn rgb(c: &[f64; 3]) -> Vec3 {
 }
 
 impl PhotoLight {
-    fn new(light: &Light, photo: &Photo, maps: &BTreeMap<String, Arc<EnvironmentMap>>, plane: PlaneIndex) -> Option<Self> {
+    fn new(
+        light: &Light,
+        photo: &Photo,
+        maps: &BTreeMap<String, Arc<EnvironmentMap>>,
+        plane: PlaneIndex,
+    ) -> Option<Self> {
         let m = &photo.camera_to_world;
         let column = |j: usize| DVec3::new(m[0][j], m[1][j], m[2][j]);
         let (rotation, origin) = match light.frame {

@@ -56,7 +56,12 @@ impl SphereLight {
         // At the rim, rounding may miss the ball by a hair: then the tangent point is meant.
         let tangent = || direction.dot(self.centre - point);
         let distance = self.hit(point, direction).unwrap_or_else(tangent);
-        (distance > 0.0).then(|| LightSample { direction, distance, emission: self.emission, pdf: 1.0 / (2.0 * PI * covered) })
+        (distance > 0.0).then(|| LightSample {
+            direction,
+            distance,
+            emission: self.emission,
+            pdf: 1.0 / (2.0 * PI * covered),
+        })
     }
 
     /// Distance along a ray of unit direction to the ball, if it lies ahead; from inside, to the far wall.

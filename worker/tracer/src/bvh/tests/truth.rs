@@ -5,7 +5,7 @@ use glam::DVec3;
 
 /// Möller & Trumbore 1997 in double precision: t, u, v.
 fn intersection(ray: &Ray, triangle: &[Vec3; 3]) -> Option<(f64, f64, f64)> {
-    let [a, b, c] = triangle.map(|v| v.as_dvec3());
+    let [a, b, c] = triangle.map(Vec3::as_dvec3);
     let (origin, direction): (DVec3, DVec3) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let (ab, ac) = (b - a, c - a);
     let p = direction.cross(ac);

@@ -3,6 +3,8 @@
 //! The forward derivative is that of the estimator with its paths held fixed, so the differences are taken along the same
 //! paths. They are compared along one direction, J from another seed: <J', D> / <J', J> must be 1 within 1 %.
 
+#![allow(clippy::unwrap_used)] // a test fails by panicking
+
 use gonio_scene::files::DirectoryFiles;
 use gonio_scene::film::{PixelSet, Tile};
 use gonio_scene::{Assets, Capture, Parameter};

@@ -4,6 +4,8 @@
 //! where the means differ by less than 4 combined standard errors plus 0.5 % of the photo's mean; 99 % of the blocks
 //! must, and the photo's mean must within 0.3 %.
 
+#![allow(clippy::unwrap_used)] // a test fails by panicking
+
 use gonio_scene::files::DirectoryFiles;
 use gonio_scene::{Assets, Capture, image};
 use gonio_tests::{captures, render};

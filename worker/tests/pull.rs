@@ -58,11 +58,11 @@ impl Loaded for Pretend {
 impl Scene for Pretend {
     fn render(&self, task: &TileTask<'_>, cancel: &AtomicBool) -> Option<TileFilm> {
         self.0.begun.fetch_add(1, Ordering::Relaxed);
-        while self.0.endless {
-            if cancel.load(Ordering::Relaxed) {
-                return None;
+        if self.0.endless {
+            while !cancel.load(Ordering::Relaxed) {
+                std::thread::sleep(Duration::from_millis(1));
             }
-            std::thread::sleep(Duration::from_millis(1));
+            return None;
         }
         let pixels = task.pixels.count();
         let value = if self.0.overflows { f32::INFINITY } else { task.seed as f32 + task.samples.start as f32 };

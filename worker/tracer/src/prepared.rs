@@ -19,10 +19,13 @@ pub struct Stage {
     recent: Mutex<Recent>,
 }
 
+/// An object's transform, row-major.
+type Pose = [[f64; 4]; 4];
+
 /// What the last preparation built. Held only to look up or replace an entry, never while building.
 #[derive(Default)]
 struct Recent {
-    geometry: Option<(Vec<[[f64; 4]; 4]>, Arc<Geometry>)>,
+    geometry: Option<(Vec<Pose>, Arc<Geometry>)>,
     shaders: Option<(Vec<Material>, Plan, Arc<[Shader]>)>,
 }
 

@@ -99,11 +99,10 @@ impl Capture {
             }
             None => return Err(SceneError::new(file, "is missing", "write format = 1").at("format")),
         }
-        let mut capture = Self::default();
-        capture.name = match top.get("name") {
-            Some(Value::String(s)) => s.clone(),
-            _ => return Err(SceneError::new(file, "is missing or no text", "write name = \"...\"").at("name")),
+        let Some(Value::String(name)) = top.get("name") else {
+            return Err(SceneError::new(file, "is missing or no text", "write name = \"...\"").at("name"));
         };
+        let mut capture = Self { name: name.clone(), ..Self::default() };
         let empty = Table::new();
         let table = |key: &str| match top.get(key) {
             None => Ok(&empty),

@@ -9,6 +9,8 @@ Embree traces one ray after another by rtcIntersect1 / rtcOccluded1, through emb
 slice of the rays, so that a noisy machine disturbs both alike; the figure is the median of the ratios of one turn.
 Meshes: a bumpy sphere in a room of twelve triangles, and hills. Rays: those of a camera in tiles of 4 x 4 pixels, and
 diffuse bounces from where they end, shuffled. Distances must agree to 1e-3, and all but one ray in 10 000 in hitting.
+Embree's times include embreex's loop over the rays, which for `closest` costs about as much as a quick ray itself:
+called from compiled code rtcIntersect1 is up to twice as fast as shown, rtcOccluded1 a tenth.
 """
 
 import argparse

@@ -8,8 +8,8 @@ use bytemuck::Pod;
 #[cfg(target_os = "linux")]
 const HUGE: usize = 2 << 20;
 
-/// A read-only array, on huge pages where it is large and the system has them: a ray through a hierarchy of a hundred
-/// megabytes would otherwise wait for an address translation at most nodes.
+/// A read-only array, on huge pages where it is large and the system has them: otherwise rays in random directions wait
+/// for address translations, and through a million triangles a fifth fewer of them are traced.
 pub(super) enum Pages<T> {
     Heap(Vec<T>),
     #[cfg(target_os = "linux")]

@@ -1,8 +1,8 @@
 //! The binary tree: from the top down by the surface area heuristic.
 //!
 //! Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies": large sets are split between bins of
-//! their centroids, small ones after every sorted centroid. Rays visit about a tenth fewer nodes than in a tree that
-//! obvhs merges from the bottom up (PLOC); its reinsertion then improves this one too.
+//! their centroids, small ones after every sorted centroid. Rays visit about a tenth fewer nodes than in the tree that
+//! obvhs merges from the bottom up (PLOC) in the same time; obvhs's reinsertion then improves this one, too.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;

@@ -15,7 +15,8 @@ pub(super) struct Stack {
     child: [MaybeUninit<u32>; CAPACITY],
 }
 
-/// The number of slots in use, all of which have been written. Beside the stack, not in it: so it stays in a register.
+/// The number of slots of one [`Stack`] in use, all of which have been written. Beside the stack, not in it: so it stays
+/// in a register. A traversal makes one of each and uses either both `push` and `pop`, or `push_any` and `pop_any`.
 pub(super) struct Len(usize);
 
 impl Len {

@@ -54,17 +54,18 @@ def scene(mi, np, folder, capture, photo):
 
 
 def gonio(*arguments):
-    """Seconds, and peak memory in MiB, of one whole run of the program."""
+    """Seconds of one whole run of the program. For its peak memory use `/usr/bin/time -v`: a child of this process
+    inherits this process' own peak."""
     begin = time.time()
     subprocess.run([GONIO, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return time.time() - begin, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+    return time.time() - begin
 
 
 def render(mi, np, folder, capture, options):
-    ours, theirs, memory = [], [], 0
+    ours, theirs = [], []
     for round_ in range(options.rounds + 1):
         with tempfile.TemporaryDirectory() as out:
-            seconds, memory = gonio("render", folder, "--out", out, "--samples", options.samples)
+            seconds = gonio("render", folder, "--out", out, "--samples", options.samples)
         begin = time.time()
         for i, photo in enumerate(capture["photo"]):
             np.array(mi.render(scene(mi, np, folder, capture, photo), spp=options.samples, seed=round_ * 100 + i))
@@ -74,13 +75,13 @@ def render(mi, np, folder, capture, options):
     ratios = [t / o for o, t in zip(ours, theirs)]
     return {"gonio_seconds": statistics.median(ours), "mitsuba_seconds": statistics.median(theirs),
             "speed_ratio": statistics.median(ratios), "lowest": min(ratios), "highest": max(ratios),
-            "gonio_peak_mib": memory, "mitsuba_peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024}
+            "mitsuba_peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024}
 
 
 def fit(mi, dr, np, folder, capture, options):
     import OpenEXR
     with tempfile.TemporaryDirectory() as out:
-        whole, memory = gonio("fit", folder, "--out", out)
+        whole = gonio("fit", folder, "--out", out)
         result = json.loads((pathlib.Path(out) / "fit.json").read_text())
     photos = [p for p in capture["photo"] if p.get("role", "fit") == "fit"]
     scenes = [scene(mi, np, folder, capture, p) for p in photos]
@@ -102,7 +103,7 @@ def fit(mi, dr, np, folder, capture, options):
             dr.backward(dr.mean(dr.square(image - mi.TensorXf(y)), axis=None))
         adam.step()
     per_iteration = (time.time() - begin) / options.iterations
-    return {"gonio_fit_seconds": result["seconds"], "gonio_whole_seconds": whole, "gonio_peak_mib": memory,
+    return {"gonio_fit_seconds": result["seconds"], "gonio_whole_seconds": whole,
             "mitsuba_seconds_per_iteration": per_iteration, "ratio_for_150_iterations": 150 * per_iteration / result["seconds"]}
 
 

@@ -3,6 +3,7 @@
 
 use std::mem::MaybeUninit;
 
+#[cfg(target_arch = "x86_64")]
 use super::node::WIDTH;
 
 /// Slots; [`super::layout`] sees to it that no hierarchy needs more.
@@ -24,6 +25,7 @@ impl Len {
 }
 
 /// Room for the distances, as bits, and the children of one node.
+#[cfg(target_arch = "x86_64")]
 pub(super) type Slots<'a> = (&'a mut [MaybeUninit<u32>; WIDTH], &'a mut [MaybeUninit<u32>; WIDTH]);
 
 impl Stack {
@@ -44,6 +46,7 @@ impl Stack {
     ///
     /// # Safety
     /// `write` must initialise the first `count` slots of both arrays; `len` must belong to this stack.
+    #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     pub unsafe fn push_many(&mut self, len: &mut Len, count: usize, write: impl FnOnce(Slots)) {
         assert!(len.0 + WIDTH <= CAPACITY && count <= WIDTH);

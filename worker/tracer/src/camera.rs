@@ -1,5 +1,6 @@
 //! Camera rays: an OpenCV pinhole with Brown-Conrady distortion, undone by Newton's method.
 
+use crate::affine::affine;
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
 use gonio_scene::capture::{CAPTURE_FILE, Camera, Photo};
 use gonio_scene::{Result, SceneError};
@@ -22,17 +23,16 @@ impl PhotoCamera {
     /// # Errors
     /// A distortion that folds the image onto itself inside the frame, so that no ray belongs to a pixel.
     pub fn new(camera: &Camera, photo: &Photo) -> Result<Self> {
-        let m = &photo.camera_to_world;
-        let column = |j: usize| DVec3::new(m[0][j], m[1][j], m[2][j]);
-        let rotation = DMat3::from_cols(column(0), column(1), column(2));
-        let (right, down) = (column(0) / camera.fx, column(1) / camera.fy);
-        let corner = column(2) - right * camera.cx - down * camera.cy;
+        let pose = affine(&photo.camera_to_world);
+        let rotation = pose.matrix3;
+        let (right, down) = (rotation.x_axis / camera.fx, rotation.y_axis / camera.fy);
+        let corner = rotation.z_axis - right * camera.cx - down * camera.cy;
         let this = Self {
             intrinsics: camera.clone(),
             rotation: rotation.as_mat3(),
             projective: DMat3::from_cols(right, down, corner).as_mat3(),
-            origin: column(3).as_vec3(),
-            forward: column(2).as_vec3(),
+            origin: pose.translation.as_vec3(),
+            forward: rotation.z_axis.as_vec3(),
             distorted: camera.distortion.iter().any(|d| *d != 0.0),
         };
         let (w, h) = (f64::from(camera.width), f64::from(camera.height));

@@ -1,7 +1,8 @@
 //! The triangles of all objects in world coordinates, and what a ray that hits one finds there.
 
+use crate::affine::affine;
 use crate::bvh::{Bvh, Hit, Ray};
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use gonio_scene::capture::CAPTURE_FILE;
 use gonio_scene::{Assets, Capture, Result, SceneError};
 
@@ -54,12 +55,11 @@ impl Geometry {
                 .meshes
                 .get(&object.mesh)
                 .ok_or_else(|| refuse(format!("mesh {} was not loaded", object.mesh), "load the capture's assets"))?;
-            let m = &object.object_to_world;
-            let column = |j: usize| DVec3::new(m[0][j], m[1][j], m[2][j]);
-            let linear = DMat3::from_cols(column(0), column(1), column(2));
+            let pose = affine(&object.object_to_world);
+            let linear = pose.matrix3;
             let cofactor = linear.inverse().transpose();
             let mirror = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
-            let to_world = |p: &[f32; 3]| (linear * DVec3::from(p.map(f64::from)) + column(3)).as_vec3();
+            let to_world = |p: &[f32; 3]| (linear * DVec3::from(p.map(f64::from)) + pose.translation).as_vec3();
             let world: Vec<Vec3> = mesh.positions.iter().map(to_world).collect();
             if let Some(i) = world.iter().position(|p| !p.is_finite() || p.abs().max_element() > 1e9) {
                 return Err(refuse(

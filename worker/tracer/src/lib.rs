@@ -7,6 +7,7 @@
 // tracer's single precision.
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 
+mod affine;
 pub mod bsdf;
 pub mod bvh;
 mod camera;

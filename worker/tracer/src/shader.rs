@@ -1,8 +1,9 @@
 //! A material made ready: its BSDF with tables, and where its derivatives go.
 
+use crate::affine::rgb;
 use crate::bsdf::{Bsdf, Conductor, Lambert, Plastic};
 use crate::planes::{self, PlaneIndex};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use gonio_scene::capture::{CAPTURE_FILE, Material, Model};
 use gonio_scene::derivative::Plan;
 use gonio_scene::{Result, SceneError};
@@ -30,7 +31,6 @@ impl Shader {
     /// # Errors
     /// Parameters outside the model's domain.
     pub fn new(material: &Material, plan: &Plan) -> Result<Self> {
-        let rgb = |c: &[f64; 3]| DVec3::from(*c).as_vec3();
         let bsdf = match &material.model {
             Model::Lambert { base_color } => Lambert::new(rgb(base_color)).map(Bsdf::Lambert),
             Model::Plastic { base_color, roughness, ior, energy_compensation } => {

@@ -59,7 +59,7 @@ impl Capture {
     /// Reads `capture.toml` from a capture's files.
     ///
     /// # Errors
-    /// Anything that is not the format of `docs`: unknown keys, wrong types, values out of range, names that do not
+    /// Anything that is not the format of `FORMAT.md`: unknown keys, wrong types, values out of range, names that do not
     /// resolve. The files that it names are not opened; see [`crate::assets`].
     pub fn read(files: &dyn Files) -> Result<Self> {
         let bytes = files.read(CAPTURE_FILE)?;

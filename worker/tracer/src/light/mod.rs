@@ -6,6 +6,7 @@ mod sphere;
 pub use environment::EnvironmentMap;
 pub use sphere::SphereLight;
 
+use crate::affine::{affine, rgb};
 use crate::planes::PlaneIndex;
 use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
 use gonio_scene::capture::{Frame, Light, LightKind, Photo};
@@ -59,10 +60,6 @@ pub struct PhotoLights {
     environment: Option<usize>,
 }
 
-fn rgb(c: &[f64; 3]) -> Vec3 {
-    DVec3::from(*c).as_vec3()
-}
-
 impl PhotoLight {
     fn new(
         light: &Light,
@@ -70,11 +67,10 @@ impl PhotoLight {
         maps: &BTreeMap<String, Arc<EnvironmentMap>>,
         plane: PlaneIndex,
     ) -> Option<Self> {
-        let m = &photo.camera_to_world;
-        let column = |j: usize| DVec3::new(m[0][j], m[1][j], m[2][j]);
+        let pose = affine(&photo.camera_to_world);
         let (rotation, origin) = match light.frame {
             Frame::World => (DMat3::IDENTITY, DVec3::ZERO),
-            Frame::Camera => (DMat3::from_cols(column(0), column(1), column(2)), column(3)),
+            Frame::Camera => (pose.matrix3, pose.translation),
         };
         let place = |p: &[f64; 3]| (rotation * DVec3::from(*p) + origin).as_vec3();
         let source = match &light.kind {

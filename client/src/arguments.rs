@@ -27,7 +27,7 @@ pub struct Arguments {
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Render a capture's photos as OpenEXR: photo values before response, 32-bit float RGB
+    /// Render a capture's photos as OpenEXR: photo values, 32-bit float RGB
     #[command(after_help = EXIT_CODES)]
     Render(RenderArguments),
     /// Fit a capture's free parameters to its photographs and report the result

@@ -10,10 +10,10 @@ use gonio_coordinator::aggregate::statistics::{Observed, compare};
 use gonio_proto::convert::film::{FilmAssembly, FilmShape, film_to_wire};
 use gonio_proto::convert::task::AttemptId;
 use gonio_proto::wire::from_worker::Message;
-use gonio_scene::Photograph;
-use gonio_scene::capture::Sensor;
+use gonio_scene::capture::{Camera, Sensor};
 use gonio_scene::film::{PixelSet, Tile, TileFilm};
 use gonio_scene::image::Image;
+use gonio_scene::{Photograph, SensorStage};
 use std::time::Duration;
 
 fn main() {
@@ -21,7 +21,7 @@ fn main() {
 }
 
 const TILE: Tile = Tile { x: 0, y: 0, width: 32, height: 32 };
-const COLUMNS: [usize; 4] = [0, 2, 7, 50];
+const COLUMNS: [usize; 5] = [0, 2, 7, 50, 100];
 
 fn film(columns: usize) -> TileFilm {
     let channels = 3 * (1 + columns);
@@ -66,10 +66,14 @@ fn compare_tile(bencher: Bencher<'_, '_>, columns: usize) {
     let film = merge.finish();
     let image = Image { width: 32, height: 32, pixels: vec![[0.5; 3]; 1024] };
     let photograph = Photograph { image, counts: vec![true; 1024], clipped: 0 };
-    let column =
-        |channel: usize, column: usize| ActiveColumn { column, terms: vec![(3 * (1 + column) + channel, 1.0)] };
+    let column = |channel: usize, column: usize| ActiveColumn {
+        column,
+        terms: vec![(3 * (1 + column) + channel, 1.0)],
+        sensor: None,
+    };
     let channels = [0, 1, 2].map(|channel| (0..columns).map(|c| column(channel, c)).collect());
-    let recipe = Recipe { factor: 1.0, channels, columns };
+    let stage = SensorStage::new(&Sensor::default(), &Camera::default());
+    let recipe = Recipe { factor: 1.0, stage, channels, sensor: Vec::new(), columns };
     let (pixels, sensor) = (PixelSet::from_flags([true; 1024]), Sensor::default());
     let observed = Observed { tile: TILE, pixels: &pixels, photograph: &photograph, sensor: &sensor };
     bencher.bench_local(|| compare(&film, observed, &recipe, 1.0));

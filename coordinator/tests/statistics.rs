@@ -4,13 +4,16 @@
 //! The simulations draw Gaussian noise from a counted generator, so they give the same numbers in every run; their
 //! tolerances are about four standard errors of the mean over the repetitions.
 
+#![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
+
 use gonio_coordinator::aggregate::merge::MergedFilm;
 use gonio_coordinator::aggregate::recipe::{ActiveColumn, Recipe};
 use gonio_coordinator::aggregate::statistics::{Observed, compare};
-use gonio_scene::capture::{Response, Sensor};
+use gonio_scene::capture::{Camera, Photo, Response, Sensor};
+use gonio_scene::derivative::{Contribution, Plan, Plane};
 use gonio_scene::film::{PixelSet, Tile};
 use gonio_scene::image::Image;
-use gonio_scene::{PhotoStatistics, Photograph};
+use gonio_scene::{Capture, Parameter, PhotoStatistics, Photograph, SensorStage};
 
 /// SplitMix64 (Steele, Lea, Flood 2014) and Box-Muller.
 struct Noise(u64);
@@ -45,16 +48,21 @@ fn all_pixels() -> PixelSet {
 }
 
 /// Two columns: one of a colour's green channel, one of every channel plus the photo's gain.
-fn recipe(factor: f64) -> Recipe {
+fn recipe(factor: f64, sensor: &Sensor) -> Recipe {
     let column = |channel: usize| {
         let mut active = Vec::new();
         if channel == 1 {
-            active.push(ActiveColumn { column: 0, terms: vec![(3 + channel, 2.0 * factor)] });
+            active.push(ActiveColumn { column: 0, terms: vec![(3 + channel, 2.0 * factor)], sensor: None });
         }
-        active.push(ActiveColumn { column: 1, terms: vec![(6 + channel, -0.5 * factor), (channel, 0.7)] });
+        active.push(ActiveColumn {
+            column: 1,
+            terms: vec![(6 + channel, -0.5 * factor), (channel, 0.7)],
+            sensor: None,
+        });
         active
     };
-    Recipe { factor, channels: [column(0), column(1), column(2)], columns: 2 }
+    let stage = SensorStage::new(sensor, &Camera::default());
+    Recipe { factor, stage, channels: [column(0), column(1), column(2)], sensor: Vec::new(), columns: 2 }
 }
 
 /// E[1 / (1 - s + s (1 + z^2) / 2)] over a normal deviate z, by the trapezoidal rule.
@@ -124,7 +132,7 @@ fn naive(film: &MergedFilm, pixels: &[usize], photo: &Photograph, sensor: &Senso
 fn equals_a_naive_evaluation_of_the_formulas() {
     for response in [Response::Linear, Response::Srgb] {
         let mut noise = Noise(7);
-        let sensor = Sensor { read_noise: 0.01, shot_noise: 0.003, saturation: None, response };
+        let sensor = Sensor { read_noise: 0.01, shot_noise: 0.003, response, ..Sensor::default() };
         // Some pixels are not rendered, some rendered ones do not count.
         let flags: Vec<bool> = (0..TILE.len()).map(|i| i % 7 != 3 && (i < 100 || i % 3 == 0)).collect();
         let indices: Vec<usize> = (0..TILE.len()).filter(|i| flags[*i]).collect();
@@ -133,7 +141,7 @@ fn equals_a_naive_evaluation_of_the_formulas() {
         let film = MergedFilm { pixels: indices.len(), channels: 9, data, invalid_samples: 4 };
         let set = PixelSet::from_flags(flags);
         let observed = Observed { tile: TILE, pixels: &set, photograph: &photo, sensor: &sensor };
-        let found = compare(&film, observed, &recipe(1.3), 1.0);
+        let found = compare(&film, observed, &recipe(1.3, &sensor), 1.0);
         let expected = naive(&film, &indices, &photo, &sensor, 1.3);
         let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-11 * b.abs().max(1.0), "{a} is not {b}");
         found.gram.iter().zip(&expected.gram).for_each(|(a, b)| close(*a, *b));
@@ -159,11 +167,11 @@ fn render(noise: &mut Noise, truth: f64, derivative: f64, half_sigma: f64) -> Me
 
 fn compare_all(film: &MergedFilm, photo: &Photograph, sensor: &Sensor) -> PhotoStatistics {
     let set = all_pixels();
-    compare(film, Observed { tile: TILE, pixels: &set, photograph: photo, sensor }, &recipe(1.0), 1.0)
+    compare(film, Observed { tile: TILE, pixels: &set, photograph: photo, sensor }, &recipe(1.0, sensor), 1.0)
 }
 
 fn sensor(read_noise: f64) -> Sensor {
-    Sensor { read_noise, shot_noise: 0.0, saturation: None, response: Response::Linear }
+    Sensor { read_noise, ..Sensor::default() }
 }
 
 /// The mean and its standard error.
@@ -249,5 +257,118 @@ fn the_loss_knows_its_own_variance() {
             (claimed / observed - 1.0).abs() < 0.15,
             "offset {offset}, noise {render_sigma}: {claimed} for {observed}"
         );
+    }
+}
+
+/// A capture whose sensor does everything, and a film of it that is within `noise` of smooth.
+fn sensing(noise: f64) -> (Capture, MergedFilm) {
+    let sensor = Sensor {
+        // Far above the render's noise and without shot noise, so that the weights stay what they are.
+        read_noise: 1e3,
+        response: Response::Srgb,
+        vignetting: [-0.3, 0.1],
+        crosstalk: [0.05, 0.02, 0.04, -0.03, 0.01, 0.06],
+        black_level: 0.02,
+        gamma: 1.2,
+        clip_level: 0.9,
+        ..Sensor::default()
+    };
+    let camera = Camera { width: SIZE.0, height: SIZE.1, cx: 14.0, cy: 13.0, ..Camera::default() };
+    let photo = Photo { file: "a.exr".to_owned(), exposure: 1.5, ..Photo::default() };
+    let capture = Capture { sensor, camera, photos: vec![photo], ..Capture::default() };
+    let mut draw = Noise(23);
+    let half = |_: usize| -> Vec<f64> {
+        let value = |i: usize| 0.1 + 0.9 * ((i / 9 * 31 + i % 9 * 7) % 101) as f64 / 101.0;
+        (0..TILE.len() * 9).map(|i| value(i) * (1.0 + noise * draw.normal())).collect()
+    };
+    let data = [0, 1].map(half).concat();
+    (capture, MergedFilm { pixels: TILE.len(), channels: 9, data, invalid_samples: 0 })
+}
+
+fn of_capture(capture: &Capture, columns: &[Parameter], film: &MergedFilm) -> PhotoStatistics {
+    let planes = [Plane::Scalar { number: "one".into() }, Plane::Colour { prefix: "two".into() }];
+    let mut plan = Plan::new(capture, columns).unwrap();
+    plan.planes = planes.to_vec();
+    plan.columns.push(vec![Contribution::Plane { plane: 0, channel: None, factor: 0.7 }]);
+    plan.columns.push(vec![Contribution::Plane { plane: 1, channel: Some(2), factor: -0.4 }]);
+    let recipe = Recipe::new(&plan, capture, 0);
+    let photo = photograph(|x, y| [0.3, 0.01 * x as f32, 0.02 * y as f32], |_, _| true);
+    let set = all_pixels();
+    compare(film, Observed { tile: TILE, pixels: &set, photograph: &photo, sensor: &capture.sensor }, &recipe, 1.0)
+}
+
+#[test]
+fn columns_are_derivatives_of_the_whole_statistics() {
+    // A number of the sensor moves both halves' residuals by what its column says, noise or not.
+    let names = ["vignetting", "crosstalk", "black_level", "gamma", "clip_level"].map(|key| format!("sensor.{key}"));
+    let (capture, film) = sensing(0.1);
+    let columns = capture.parameters(&names, &[]).unwrap();
+    assert_eq!(columns.len(), 11);
+    let found = of_capture(&capture, &columns, &film);
+    for (j, column) in columns.iter().enumerate() {
+        let moved = |by: f64| {
+            let mut capture = capture.clone();
+            capture.set_numbers(&[(column.name.clone(), column.value + by)]).unwrap();
+            of_capture(&capture, &columns, &film).gram[0]
+        };
+        // A clip level's column counts the pixels within a thousandth of it.
+        let step = if column.name == "sensor.clip_level" { 9e-4 } else { 1e-4 };
+        let expected = (moved(step) - moved(-step)) / (2.0 * step);
+        let column_found = 2.0 * found.gram[1 + j];
+        let tolerance = 3e-3 * expected.abs() + 1e-13;
+        assert!((column_found - expected).abs() < tolerance, "{}: {column_found} is not {expected}", column.name);
+        assert!(expected.abs() > 1e-8, "{} does nothing", column.name);
+    }
+
+    // What moves the light moves all channels through the crosstalk.
+    let (capture, mut film) = sensing(0.0);
+    let gain = capture.parameters(&["photo.a.gain".to_owned()], &[]).unwrap();
+    let (smooth, half) = (film.data.clone(), TILE.len() * 9);
+    assert_eq!(smooth[..half], smooth[half..]);
+    let found = of_capture(&capture, &gain, &film);
+    for j in 0..3 {
+        let mut moved = |by: f64| {
+            for (pixel, from) in film.data.chunks_exact_mut(9).zip(smooth.chunks_exact(9)) {
+                for c in 0..3 {
+                    pixel[c] = match j {
+                        0 => from[c] * (1.0 + by),
+                        1 => from[c] + by * 0.7 * from[3 + c],
+                        _ if c == 2 => from[c] - by * 0.4 * from[6 + c],
+                        _ => from[c],
+                    };
+                }
+            }
+            of_capture(&capture, &gain, &film).gram[0]
+        };
+        let expected = (moved(1e-5) - moved(-1e-5)) / 2e-5;
+        let column_found = 2.0 * found.gram[1 + j];
+        assert!((column_found / expected - 1.0).abs() < 1e-3, "column {j}: {column_found} is not {expected}");
+    }
+}
+
+#[test]
+fn null_values_of_the_sensor_keep_every_bit() {
+    let (mut capture, film) = sensing(0.1);
+    let Sensor { read_noise, response, .. } = capture.sensor;
+    capture.sensor = Sensor { read_noise: read_noise / 1e5, shot_noise: 0.01, response, ..Sensor::default() };
+    let column = capture.parameters(&["photo.a.gain".to_owned()], &[]).unwrap();
+    let bits = |s: &PhotoStatistics| {
+        let sums = [s.loss_variance, s.chi_square, s.squared_error, s.log_variance, s.peak];
+        s.gram.iter().chain(&sums).map(|v| v.to_bits()).collect::<Vec<_>>()
+    };
+    let expected = of_capture(&capture, &column, &film);
+    // Numbers set to their null, and a clip level that nothing reaches, are no numbers at all.
+    let names = ["vignetting.k1", "vignetting.k2", "crosstalk.rg", "black_level"].map(|key| format!("sensor.{key}"));
+    let nulls: Vec<_> = names.map(|name| (name, 0.0)).into_iter().chain([("sensor.clip_level".into(), 2e3)]).collect();
+    capture.set_numbers(&nulls).unwrap();
+    assert_eq!(bits(&of_capture(&capture, &column, &film)), bits(&expected));
+    // Columns of the sensor come beside the others and leave them as they are.
+    let more = capture.parameters(&["photo.a.gain".to_owned(), "sensor.vignetting".to_owned()], &[]).unwrap();
+    let beside = of_capture(&capture, &more, &film);
+    let kept = [0, 1, 4, 5];
+    for (i, row) in kept.iter().enumerate() {
+        for (j, column) in kept.iter().enumerate() {
+            assert_eq!(beside.gram[row * 6 + column].to_bits(), expected.gram[i * 4 + j].to_bits());
+        }
     }
 }

@@ -14,7 +14,7 @@ pub fn captures() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("captures")
 }
 
-/// One photo's two half buffers, photo values before response.
+/// One photo's two half buffers, exposed light.
 pub struct Halves {
     pub halves: [Vec<[f32; 3]>; 2],
 }

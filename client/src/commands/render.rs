@@ -11,7 +11,7 @@ use gonio_fit::Evaluate;
 use gonio_scene::capture::Photo;
 use gonio_scene::film::FIRST_HIT_CHANNELS;
 use gonio_scene::image::encode_exr_channels;
-use gonio_scene::{Capture, Evaluation, EvaluationRequest, Film, Output, SceneError};
+use gonio_scene::{Capture, Evaluation, EvaluationRequest, Film, Output, SceneError, SensorStage};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -24,6 +24,8 @@ struct Rendered {
     seed: u64,
     seconds: f64,
     primary_samples: u64,
+    /// Samples that were NaN or infinite and count as black.
+    invalid_samples: u64,
     photos: Vec<RenderedPhoto>,
 }
 
@@ -36,7 +38,7 @@ struct RenderedPhoto {
     buffers: Option<String>,
     width: u32,
     height: u32,
-    /// Mean photo value before response, per channel.
+    /// Mean photo value per channel.
     mean: [f64; 3],
 }
 
@@ -62,6 +64,7 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         seed: arguments.seed,
         seconds: 0.0,
         primary_samples: 0,
+        invalid_samples: 0,
         photos: Vec::new(),
     };
     for batch in batches(&input.capture, &photos) {
@@ -86,6 +89,7 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         };
         let films = evaluate(Output::Films, rendered.primary_samples)?;
         rendered.primary_samples += films.primary_samples;
+        rendered.invalid_samples += films.invalid_samples;
         let buffers =
             if arguments.buffers { evaluate(Output::FirstHit, rendered.primary_samples)?.films } else { Vec::new() };
         for (i, film) in films.films.iter().enumerate() {
@@ -96,6 +100,12 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         }
     }
     console.end();
+    if rendered.invalid_samples > 0 {
+        console.line(&format!(
+            "warning: {} were NaN or infinite and count as black",
+            plural(usize::try_from(rendered.invalid_samples).unwrap_or(usize::MAX), "sample")
+        ));
+    }
     rendered.seconds = begin.elapsed().as_secs_f64();
     if arguments.farm.json {
         tell(&to_json(&rendered)?);
@@ -139,7 +149,9 @@ fn file_names(capture: &Capture, photos: &[usize]) -> Result<Vec<String>, Failur
     Ok(names.into_iter().collect())
 }
 
+/// Writes a film as photo values: a file that may stand for the photograph.
 fn write(capture: &Capture, folder: &Folder, film: &Film, buffers: Option<&Film>) -> Result<RenderedPhoto, Failure> {
+    let film = &SensorStage::of(capture, film.photo).photo_values(film);
     let name = capture.photos.get(film.photo).map_or("?", Photo::name).to_owned();
     let file = write_film(folder, &format!("{name}.exr"), film, &["R", "G", "B"])?;
     let buffers = buffers

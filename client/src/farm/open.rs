@@ -82,10 +82,10 @@ async fn follow(
             Event::Film(chunk) => films.add(chunk).map_err(broken)?,
             Event::Failed { request_at_fault: true, text } => return Err(EvaluateError::Refused(text)),
             Event::Failed { request_at_fault: false, text } => return Err(EvaluateError::Farm(text)),
-            Event::Finished(primary_samples) => {
+            Event::Finished { primary_samples, invalid_samples } => {
                 // The last word on progress, also for what took less than a tick; it is too late to break.
                 let _ = watch(&progress);
-                evaluation.primary_samples = primary_samples;
+                (evaluation.primary_samples, evaluation.invalid_samples) = (primary_samples, invalid_samples);
                 evaluation.films = films.finish().map_err(broken)?;
                 return check(evaluation, request);
             }

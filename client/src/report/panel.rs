@@ -3,7 +3,7 @@
 use super::html::{escape, significant};
 use super::picture::{Tone, data_uri, dimmed, diverging, legend};
 use gonio_scene::capture::{Role, Sensor};
-use gonio_scene::{Capture, Film, PhotoStatistics, Photograph};
+use gonio_scene::{Capture, Film, PhotoStatistics, Photograph, SensorStage};
 
 /// Widest picture of a page in pixels; larger photos are averaged over blocks.
 const WIDEST: usize = 640;
@@ -62,7 +62,8 @@ impl Panel {
         let brightest = counting().map(|(pixel, _)| pixel.iter().copied().fold(0.0, f32::max)).collect();
         let tone = Tone::of(brightest, capture.sensor.response);
         let block = width.div_ceil(WIDEST);
-        let cells = cells(photograph, film, &capture.sensor, block);
+        let render = SensorStage::of(capture, statistics.photo).photo_values(film);
+        let cells = cells(photograph, &render, &capture.sensor, block);
         let (columns, rows) = (width.div_ceil(block), height.div_ceil(block));
         let picture = |colour: &dyn Fn(&Cell) -> [u8; 3]| {
             let pixels: Vec<[u8; 3]> =
@@ -137,17 +138,17 @@ pub(super) fn section(panels: &[Panel]) -> String {
     )
 }
 
-/// Means over blocks of `block` by `block` pixels, row by row.
-fn cells(photograph: &Photograph, film: &Film, sensor: &Sensor, block: usize) -> Vec<Cell> {
+/// Means over blocks of `block` by `block` pixels, row by row; `render` holds photo values.
+fn cells(photograph: &Photograph, render: &Film, sensor: &Sensor, block: usize) -> Vec<Cell> {
     let (width, height) = (photograph.image.width as usize, photograph.image.height as usize);
     let columns = width.div_ceil(block);
     let mut cells = vec![Cell::default(); columns * height.div_ceil(block)];
     for (i, (pixel, counts)) in photograph.image.pixels.iter().zip(&photograph.counts).enumerate() {
         let cell = &mut cells[i / width / block * columns + i % width / block];
         let (mut residual, mut variance) = (0.0, 0.0);
-        for (c, (value, channel)) in pixel.iter().zip(&film.channels).enumerate() {
+        for (c, (value, channel)) in pixel.iter().zip(&render.channels).enumerate() {
             let photo = f64::from(*value);
-            let render = sensor.response.apply(f64::from(channel[i])).0;
+            let render = f64::from(channel[i]);
             cell.photo[c] += photo;
             cell.render[c] += render;
             residual += photo - render;

@@ -3,7 +3,9 @@
 //! Tasks arrive in any order, from any worker; the bits of the result never depend on it. Chunks of a tile are merged in
 //! ascending order of samples, pixels of a tile in row order, tiles of a photo in row order. What arrives early waits.
 
+pub mod gram;
 pub mod merge;
+pub mod prediction;
 pub mod recipe;
 pub mod reduction;
 pub mod statistics;

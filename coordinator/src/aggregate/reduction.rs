@@ -42,7 +42,7 @@ pub struct Running {
 #[derive(Debug)]
 enum TileState {
     Collecting(ChunkMerge),
-    Reduced { statistics: Option<PhotoStatistics>, film: Option<Vec<f32>> },
+    Reduced { statistics: Option<PhotoStatistics>, film: Option<Vec<f32>>, invalid_samples: u64 },
 }
 
 /// All of an evaluation's films on their way to its answer.
@@ -96,10 +96,14 @@ impl Reduction {
             running.loss_variance += statistics.loss_variance;
             statistics
         });
-        TileState::Reduced { statistics, film: self.output.has_films().then(|| self.values(film, photo)) }
+        TileState::Reduced {
+            statistics,
+            film: self.output.has_films().then(|| self.values(film, photo)),
+            invalid_samples: film.invalid_samples,
+        }
     }
 
-    /// What an image of the tile shows, `[pixel][channel]`: photo values before response, or first hits.
+    /// What an image of the tile shows, `[pixel][channel]`: exposed light (see [`gonio_scene::SensorStage`]), or first hits.
     fn values(&self, film: &MergedFilm, photo: &ReducedPhoto) -> Vec<f32> {
         #[allow(clippy::cast_possible_truncation)]
         let value = |pixel: usize, channel: usize| {
@@ -142,9 +146,10 @@ impl Reduction {
         }
         for (work, state) in self.split.tiles.iter().zip(&self.tiles) {
             let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
-            let TileState::Reduced { statistics, film } = &mut *state else {
+            let TileState::Reduced { statistics, film, invalid_samples } = &mut *state else {
                 return Err("a tile is missing".to_owned());
             };
+            evaluation.invalid_samples += *invalid_samples;
             if let Some(statistics) = statistics {
                 evaluation.photos[work.photo].add(statistics);
             }

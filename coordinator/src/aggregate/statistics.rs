@@ -1,16 +1,19 @@
 //! A tile's comparison with its photograph.
 //!
-//! Per observation (a pixel that counts, a colour channel) with half radiances `L_A`, `L_B`, exposure times gain `f`,
-//! photo value `y` and response `r`:
+//! Per observation (a pixel that counts, a colour channel c) with exposed light `l_A`, `l_B` of the halves (three channels
+//! each), photo value `y` and sensor stage `V`:
 //!
 //! ```text
-//! m = f (L_A + L_B) / 2,   M = r(m),   s = r'(m)
-//! P_A = M + s (f L_A - m),  e_A = P_A - y,  D_A[j] = s * (column j of half A)      and B alike
+//! m = (l_A + l_B) / 2,   M = V(m)_c,   S = row c of V'(m)
+//! P_A = M + S (l_A - m),  e_A = P_A - y,  D_A[j] = d P_A / d j      and B alike
 //! gram += w (X_A Y_B + X_B Y_A) / 2   for X, Y in [e, D...]
 //! ```
 //!
-//! The response is linearised at the mean, so that the two halves stay equally distributed about it and their product
-//! carries no bias but the response's curvature over the render's noise. The halves are independent: E[e_A e_B] is the
+//! D_A[j] is S times column j of half A where j moves the light, and (dV/dj)(m)_c + (dS/dj) (l_A - m) where j is a number of
+//! the sensor, by differences of V and V'.
+//!
+//! The stage is linearised at the mean, so that the two halves stay equally distributed about it and their product
+//! carries no bias but the stage's curvature over the render's noise. The halves are independent: E[e_A e_B] is the
 //! squared error without the variance that a plain square has (Azinovic et al. 2019, "Inverse Path Tracing for Joint
 //! Material and Lighting Estimation", section 5).
 //!
@@ -18,7 +21,9 @@
 //! e_A e_B = e^2 + e (a + b) + a b, so the variance is 2 e^2 q + q^2. For Gaussian noise, mean and difference of the halves
 //! are independent, hence E[((e_A + e_B) / 2)^2 (P_A - P_B)^2] = (e^2 + q / 2) 2 q: that product estimates it without bias.
 
+use super::gram::Gram;
 use super::merge::MergedFilm;
+use super::prediction::{Prediction, predict};
 use super::recipe::Recipe;
 use super::weight::{VarianceMap, score, weigh};
 use gonio_scene::capture::Sensor;
@@ -38,23 +43,6 @@ pub struct Observed<'a> {
     pub sensor: &'a Sensor,
 }
 
-/// Both halves' predictions of one observation.
-#[derive(Debug, Clone, Copy)]
-struct Prediction {
-    /// Index of the pixel in the film.
-    pixel: usize,
-    /// Index of the pixel in the tile.
-    index: usize,
-    /// Photo value.
-    measured: f64,
-    /// M.
-    mean: f64,
-    /// s.
-    slope: f64,
-    /// P_A - P_B.
-    difference: f64,
-}
-
 /// The sums of one tile, in row order of its pixels.
 ///
 /// `film` holds the two halves of the rendered pixels. Only the pixels among them that count are compared, and only they
@@ -67,8 +55,9 @@ pub fn compare(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe, peak:
         invalid_samples: film.invalid_samples,
         ..PhotoStatistics::default()
     };
+    let predictions = predict(film, observed, recipe);
     for channel in 0..3 {
-        compare_channel(film, observed, recipe, peak, channel, &mut sums);
+        compare_channel(film, observed, recipe, peak, channel, &predictions, &mut sums);
     }
     sums
 }
@@ -79,56 +68,45 @@ fn compare_channel(
     recipe: &Recipe,
     peak: f64,
     channel: usize,
+    predictions: &[Prediction],
     sums: &mut PhotoStatistics,
 ) {
-    let predictions = predict(film, observed, recipe, channel);
     let mut own = vec![None; observed.tile.len()];
-    for p in &predictions {
-        own[p.index] = Some(0.25 * p.difference * p.difference);
+    for p in predictions {
+        own[p.index] = Some(0.25 * p.difference[channel] * p.difference[channel]);
     }
     let variances = VarianceMap::new(observed.tile, &own);
 
     let active = &recipe.channels[channel];
-    let side = 1 + active.len();
-    let mut gram = vec![0.0; side * side];
-    // Mean and half difference of the halves: (X_A Y_B + X_B Y_A) / 2 = mean_X mean_Y - half_X half_Y.
-    let (mut mean, mut half) = (vec![0.0; side], vec![0.0; side]);
+    let mut gram = Gram::new(1 + active.len());
     let mut log_variance = LogSum::default();
-    for p in &predictions {
-        let (sensor, render) = (observed.sensor.variance(p.mean), variances.at(p.index));
+    for p in predictions {
+        let (value, measured, difference) = (p.value[channel], p.measured[channel], p.difference[channel]);
+        let (sensor, render) = (observed.sensor.variance(value), variances.at(p.index));
         let w = weigh(sensor, render, peak).weight;
         let score = score(sensor, render, peak);
-        mean[0] = p.mean - p.measured;
-        half[0] = 0.5 * p.difference;
-        let (a, b) = (film.pixel(0, p.pixel), film.pixel(1, p.pixel));
-        for (j, column) in active.iter().enumerate() {
-            let (mut column_a, mut column_b) = (0.0, 0.0);
-            for (film_channel, factor) in &column.terms {
-                column_a += factor * a[*film_channel];
-                column_b += factor * b[*film_channel];
-            }
-            mean[1 + j] = p.slope * 0.5 * (column_a + column_b);
-            half[1 + j] = p.slope * 0.5 * (column_a - column_b);
-        }
-        add_products(&mut gram, &mean, &half, w);
-        let square = mean[0] * mean[0];
+        let residual = value - measured;
+        let halves = [film.pixel(0, p.pixel), film.pixel(1, p.pixel)];
+        gram.add(w, |i| match i.checked_sub(1) {
+            None => (residual, 0.5 * difference),
+            Some(j) => p.column(channel, &active[j], halves),
+        });
+        let square = residual * residual;
         sums.observations += 1;
         sums.chi_square += score.weight * square;
         sums.squared_error += square;
         log_variance.add(score.variance);
-        sums.loss_variance += w * w * square * p.difference * p.difference;
-        sums.peak = sums.peak.max(p.measured);
+        sums.loss_variance += w * w * square * difference * difference;
+        sums.peak = sums.peak.max(measured);
     }
     sums.log_variance += log_variance.finish();
     let full = 1 + recipe.columns;
     let place = |i: usize| if i == 0 { 0 } else { 1 + active[i - 1].column };
-    for i in 0..side {
-        for j in i..side {
-            let (row, column) = (place(i), place(j));
-            sums.gram[row * full + column] += gram[i * side + j];
-            if row != column {
-                sums.gram[column * full + row] += gram[i * side + j];
-            }
+    for (i, j, sum) in gram.finish() {
+        let (row, column) = (place(i), place(j));
+        sums.gram[row * full + column] += sum;
+        if row != column {
+            sums.gram[column * full + row] += sum;
         }
     }
 }
@@ -157,35 +135,5 @@ impl LogSum {
 
     fn finish(self) -> f64 {
         self.sum + libm::log(self.product)
-    }
-}
-
-fn predict(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe, channel: usize) -> Vec<Prediction> {
-    let Observed { tile, pixels, photograph, .. } = observed;
-    let mut predictions = Vec::with_capacity(film.pixels);
-    for (pixel, index) in pixels.indices().enumerate() {
-        let (x, y) = (tile.x as usize + index % tile.width as usize, tile.y as usize + index / tile.width as usize);
-        let place = y * photograph.image.width as usize + x;
-        if !photograph.counts[place] {
-            continue;
-        }
-        let a = recipe.factor * film.pixel(0, pixel)[channel];
-        let b = recipe.factor * film.pixel(1, pixel)[channel];
-        let (mean, slope) = observed.sensor.response.apply(0.5 * (a + b));
-        let measured = f64::from(photograph.image.pixels[place][channel]);
-        predictions.push(Prediction { pixel, index, measured, mean, slope, difference: slope * (a - b) });
-    }
-    predictions
-}
-
-/// Adds `w (mean mean' - half half')` to the upper triangle of `gram`.
-fn add_products(gram: &mut [f64], mean: &[f64], half: &[f64], w: f64) {
-    let side = mean.len();
-    for i in 0..side {
-        let (wm, wh) = (w * mean[i], w * half[i]);
-        let row = &mut gram[i * side + i..(i + 1) * side];
-        for ((g, m), h) in row.iter_mut().zip(&mean[i..]).zip(&half[i..]) {
-            *g += wm * m - wh * h;
-        }
     }
 }

@@ -65,7 +65,7 @@ pub async fn prepare(
                 return Err(Failure::of_request(text));
             }
             let peak = photograph.as_deref().map_or(0.0, peak);
-            let recipe = Recipe::new(&plan, *index, photo.factor());
+            let recipe = Recipe::new(&plan, &capture, *index);
             photos.push(ReducedPhoto {
                 index: *index,
                 width: camera.width,

@@ -74,6 +74,7 @@ async fn run(
     drop(registration);
     let answer = tokio::task::spawn_blocking(move || active.reduction.finish()).await.map_err(Failure::of_farm)?;
     let answer = answer.map_err(Failure::of_request)?;
+    let finished = Event::Finished { primary_samples: last.primary_samples, invalid_samples: answer.invalid_samples };
     for statistics in answer.photos {
         let _ = events.send(Event::Statistics(statistics).into()).await;
     }
@@ -82,7 +83,7 @@ async fn run(
             let _ = events.send(chunk.into()).await;
         }
     }
-    let _ = events.send(Event::Finished(last.primary_samples).into()).await;
+    let _ = events.send(finished.into()).await;
     Ok(())
 }
 

@@ -160,7 +160,7 @@ pub async fn answer(mut events: ReceiverStream<wire::EvaluationEvent>) -> Result
     while let Some(event) = events.next().await {
         match Event::try_from(event).unwrap() {
             Event::Film(chunk) => films.add(chunk).unwrap(),
-            Event::Finished(_) => return Ok(films.finish().unwrap()),
+            Event::Finished { .. } => return Ok(films.finish().unwrap()),
             Event::Failed { text, .. } => return Err(text),
             _ => {}
         }

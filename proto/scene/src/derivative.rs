@@ -3,12 +3,14 @@
 //! Worker and coordinator derive the same [`Plan`] from the capture and the columns, so a task's result carries no
 //! description of itself. Three sources, cheapest first:
 //!
-//! - sensor: the column follows from the film alone (`photo.03.gain`); it needs no image;
+//! - sensor: the column follows from the film alone (`photo.03.gain`, `sensor.gamma`); it needs no image;
 //! - forward: carried along every path (materials, light intensities); a colour's three channels share one RGB image,
 //!   because a path's red radiance depends on no other channel's parameter;
 //! - difference: two more renders with the same random numbers (geometry).
 
-use crate::capture::Capture;
+mod sensor;
+
+use crate::capture::{Capture, Sensor};
 use crate::parameter::{Parameter, Term};
 use crate::{Result, SceneError};
 
@@ -53,6 +55,15 @@ pub enum Contribution {
         /// d (exposure * gain) / d parameter.
         factor: f64,
     },
+    /// The difference of the sensor stage between two sensors, pixel by pixel; alone in its column.
+    Sensor {
+        /// The sensor with the smaller parameter.
+        from: Box<Sensor>,
+        /// The sensor with the larger parameter.
+        to: Box<Sensor>,
+        /// The parameter's distance between them.
+        distance: f64,
+    },
 }
 
 /// The derivative images of an evaluation and the recipe of every column.
@@ -69,18 +80,26 @@ enum Source {
     Scalar,
     Difference,
     Photo { index: usize, rate: f64 },
+    Sensor,
 }
 
 impl Plan {
     /// The plan for `columns` of a capture.
     ///
     /// # Errors
-    /// A number that has no derivative (the sensor's noise, a photo's number among the lights').
+    /// A number that has no derivative (the sensor's noise), a parameter that moves the sensor or a photo's gain
+    /// together with what needs an image.
     pub fn new(capture: &Capture, columns: &[Parameter]) -> Result<Self> {
         let mut plan = Self::default();
         for parameter in columns {
             let sources = parameter.terms.iter().map(|t| source(capture, &t.number)).collect::<Result<Vec<_>>>()?;
-            let column = if sources.iter().any(|s| matches!(s, Source::Difference)) {
+            let column = if sources.iter().any(|s| matches!(s, Source::Sensor)) {
+                if !sources.iter().all(|s| matches!(s, Source::Sensor)) {
+                    return Err(SceneError::new("request", "moves the sensor and the scene together", "separate them")
+                        .at(parameter.name.as_str()));
+                }
+                vec![sensor::difference(capture, parameter)?]
+            } else if sources.iter().any(|s| matches!(s, Source::Difference)) {
                 if sources.iter().any(|s| matches!(s, Source::Photo { .. })) {
                     return Err(SceneError::new(
                         "request",
@@ -107,7 +126,7 @@ impl Plan {
                 factor: term.ratio,
             },
             Source::Photo { index, rate } => Contribution::Factor { photo: index, factor: term.ratio * rate },
-            Source::Scalar | Source::Difference => Contribution::Plane {
+            Source::Scalar | Source::Difference | Source::Sensor => Contribution::Plane {
                 plane: self.plane(Plane::Scalar { number: term.number.clone() }),
                 channel: None,
                 factor: term.ratio,
@@ -126,6 +145,9 @@ impl Plan {
 
 /// How the radiance's dependence on a number is found, by the number's name.
 fn source(capture: &Capture, number: &str) -> Result<Source> {
+    if number.starts_with("sensor.") && !Sensor::NOISE.contains(&number) {
+        return Ok(Source::Sensor);
+    }
     let (owner, key) = match split(capture, number) {
         Some(found) => found,
         None => {

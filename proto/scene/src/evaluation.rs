@@ -25,7 +25,7 @@ pub enum Output {
     /// Statistics against the photographs, of masked pixels that are not clipped. Only those pixels are rendered.
     #[default]
     Statistics,
-    /// Statistics as above, and the mean film of every pixel (photo values before response).
+    /// Statistics as above, and the mean film of every pixel (exposed light, see [`Film`]).
     StatisticsAndFilms,
     /// Films of every pixel; the photographs' files are not opened, so they need not exist.
     Films,
@@ -101,8 +101,9 @@ pub struct Film {
     pub width: u32,
     /// Pixels.
     pub height: u32,
-    /// Channel by channel, each row-major with the top row first. Radiance films: R G B (photo values before
-    /// response). First hits: [`crate::film::FIRST_HIT_CHANNELS`].
+    /// Channel by channel, each row-major with the top row first. Radiance films: R G B of exposed
+    /// light, which [`crate::SensorStage::photo_values`] makes photo values of. First hits:
+    /// [`crate::film::FIRST_HIT_CHANNELS`].
     pub channels: Vec<Vec<f32>>,
 }
 
@@ -115,6 +116,8 @@ pub struct Evaluation {
     pub films: Vec<Film>,
     /// Camera samples traced, central differences not counted.
     pub primary_samples: u64,
+    /// Samples that were NaN or infinite and count as black.
+    pub invalid_samples: u64,
 }
 
 /// What streams back while an evaluation runs.

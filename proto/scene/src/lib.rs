@@ -14,12 +14,14 @@ pub mod film;
 pub mod image;
 pub mod mesh;
 pub mod parameter;
+pub mod sensor_stage;
 
 pub use assets::{Assets, Photograph};
 pub use capture::Capture;
 pub use error::{Result, SceneError};
 pub use evaluation::{Evaluation, EvaluationRequest, Film, Output, PhotoStatistics, Progress};
 pub use parameter::{Parameter, Term};
+pub use sensor_stage::{PhotoValue, SensorStage};
 
 /// The largest width or height of an image in pixels.
 pub const MAX_SIDE: u32 = 16384;

@@ -3,7 +3,8 @@
 //! Every number of a capture has a dotted name (`material.shell.roughness`, `light.led.intensity.r`,
 //! `photo.03.gain`). A [`Parameter`] moves one number, or several in a fixed ratio.
 
-use crate::capture::{CAPTURE_FILE, Capture, Range};
+use crate::capture::visit::CROSSTALK;
+use crate::capture::{CAPTURE_FILE, Capture, Range, Sensor};
 use crate::{Result, SceneError};
 use std::collections::BTreeMap;
 
@@ -93,7 +94,7 @@ impl Capture {
         let mut out: Vec<Parameter> = Vec::new();
         for full in names {
             let name = full.strip_suffix(":rgb").unwrap_or(full);
-            if name.starts_with("sensor.") {
+            if Sensor::NOISE.contains(&name) {
                 return Err(SceneError::new(
                     CAPTURE_FILE,
                     format!("frees {name}, which no residual determines"),
@@ -158,9 +159,11 @@ fn below<'n>(numbers: &'n BTreeMap<String, (f64, Range)>, name: &str) -> Vec<(&'
         "g" | "y" | "k2" => 1,
         "b" | "z" | "p1" => 2,
         "p2" => 3,
-        _ => 4,
+        // Last, in their own order.
+        _ => 4 + CROSSTALK.iter().position(|s| *s == suffix).unwrap_or(0),
     };
     let suffixes = ["r", "g", "b", "x", "y", "z", "k1", "k2", "p1", "p2", "k3"];
+    let suffixes = [&suffixes[..], &CROSSTALK[..]].concat();
     let mut found: Vec<_> = numbers
         .iter()
         .filter_map(|(n, (v, r))| {

@@ -19,8 +19,13 @@ pub enum Event {
     Statistics(PhotoStatistics),
     /// A part of a photo's film, for [`FilmCollector`].
     Film(wire::FilmChunk),
-    /// The end, with the number of camera samples traced.
-    Finished(u64),
+    /// The end.
+    Finished {
+        /// Camera samples traced.
+        primary_samples: u64,
+        /// Samples among them that were NaN or infinite.
+        invalid_samples: u64,
+    },
     /// The end, without an answer.
     Failed {
         /// Whether another try would fail alike.
@@ -54,7 +59,9 @@ impl From<Event> for wire::EvaluationEvent {
                 invalid_samples: s.invalid_samples,
             }),
             Event::Film(chunk) => Message::Film(chunk),
-            Event::Finished(primary_samples) => Message::Finished(wire::Finished { primary_samples }),
+            Event::Finished { primary_samples, invalid_samples } => {
+                Message::Finished(wire::Finished { primary_samples, invalid_samples })
+            }
             Event::Failed { request_at_fault, text: reason } => {
                 let fault = if request_at_fault { wire::failed::Fault::Request } else { wire::failed::Fault::Farm };
                 Message::Failed(wire::Failed { fault: fault.into(), text: text(&reason) })
@@ -80,7 +87,9 @@ impl TryFrom<wire::EvaluationEvent> for Event {
             }),
             Message::Statistics(s) => Self::Statistics(statistics(s)?),
             Message::Film(chunk) => Self::Film(chunk),
-            Message::Finished(finished) => Self::Finished(finished.primary_samples),
+            Message::Finished(wire::Finished { primary_samples, invalid_samples }) => {
+                Self::Finished { primary_samples, invalid_samples }
+            }
             Message::Failed(failed) => Self::Failed {
                 request_at_fault: failed.fault() == wire::failed::Fault::Request,
                 text: text(&failed.text),
@@ -270,7 +279,7 @@ mod tests {
             Event::Accepted(3),
             Event::Progress(progress),
             Event::Statistics(statistics),
-            Event::Finished(8),
+            Event::Finished { primary_samples: 8, invalid_samples: 2 },
             Event::Failed { request_at_fault: true, text: "photos/00.exr: is missing".into() },
         ] {
             assert_eq!(Event::try_from(wire::EvaluationEvent::from(event.clone())).unwrap(), event);

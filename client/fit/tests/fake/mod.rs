@@ -154,7 +154,7 @@ impl Evaluate for Fake {
         if watch(&Progress { tasks_done: 1, tasks: 1, primary_samples, ..Progress::default() }).is_break() {
             return Err(EvaluateError::Cancelled);
         }
-        Ok(Evaluation { photos, films: Vec::new(), primary_samples })
+        Ok(Evaluation { photos, primary_samples, ..Evaluation::default() })
     }
 }
 

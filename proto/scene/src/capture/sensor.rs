@@ -1,6 +1,6 @@
-//! The sensor: noise, saturation, and how a photo value was made from exposed light.
+//! The sensor: noise, saturation, and how a photo value was made from exposed light; [`crate::SensorStage`] makes it.
 
-use super::visit::{Range, Section, Visitor};
+use super::visit::{CROSSTALK, Numbers, Range, Section, VIGNETTING, Visitor};
 use crate::Result;
 
 /// How a file's value follows from exposed light.
@@ -24,17 +24,45 @@ pub struct Sensor {
     pub saturation: Option<f64>,
     /// How a file's value follows from exposed light.
     pub response: Response,
+    /// k1 and k2: the light that arrives is 1 + k1 r^2 + k2 r^4 of the exposed light, with r the distance from the
+    /// principal point in half image diagonals.
+    pub vignetting: [f64; 2],
+    /// Shares of another channel's light that are added to a channel's own: red of green, red of blue, green of red,
+    /// green of blue, blue of red, blue of green.
+    pub crosstalk: [f64; 6],
+    /// Added to every photo value, whatever the exposure.
+    pub black_level: f64,
+    /// Exponent of the value that the response gives; 1 leaves it.
+    pub gamma: f64,
+    /// No photo value is larger; from [`Sensor::NO_CLIP`] on there is no limit.
+    pub clip_level: f64,
 }
 
 impl Default for Sensor {
     fn default() -> Self {
-        Self { read_noise: Self::DEFAULT_READ_NOISE, shot_noise: 0.0, saturation: None, response: Response::Linear }
+        Self {
+            read_noise: Self::DEFAULT_READ_NOISE,
+            shot_noise: 0.0,
+            saturation: None,
+            response: Response::Linear,
+            vignetting: [0.0; 2],
+            crosstalk: [0.0; 6],
+            black_level: 0.0,
+            gamma: 1.0,
+            clip_level: Self::NO_CLIP,
+        }
     }
 }
 
 impl Sensor {
     /// The read noise of a capture that states none: 1 % of a value of one, about that of an 8-bit file.
     pub const DEFAULT_READ_NOISE: f64 = 0.01;
+
+    /// A clip level that clips nothing.
+    pub const NO_CLIP: f64 = 1e6;
+
+    /// The numbers that say how sure a value is, not what it is: no residual determines them.
+    pub const NOISE: [&str; 3] = ["sensor.read_noise", "sensor.shot_noise", "sensor.saturation"];
 
     /// Variance of a photo whose noiseless value is `value`: `read_noise^2 + shot_noise * value`.
     #[must_use]
@@ -84,10 +112,20 @@ impl Section for Sensor {
             "srgb" => Response::Srgb,
             _ => return Err(v.refuse("response", format!("is \"{word}\""), "write \"linear\" or \"srgb\"")),
         };
-        Ok(())
+        list(v, "vignetting", &mut self.vignetting, &VIGNETTING)?;
+        list(v, "crosstalk", &mut self.crosstalk, &CROSSTALK)?;
+        v.number("black_level", &mut self.black_level, Range::ANY, Some(0.0))?;
+        v.number("gamma", &mut self.gamma, Range { min: 0.1, max: 10.0 }, Some(1.0))?;
+        v.number("clip_level", &mut self.clip_level, Range::POSITIVE, Some(Self::NO_CLIP))
     }
 
     fn is_empty(&self) -> bool {
         *self == Self::default()
     }
+}
+
+/// Numbers of any size that are zero where the key is absent.
+fn list(v: &mut dyn Visitor, key: &str, values: &mut [f64], suffixes: &[&str]) -> Result<()> {
+    let zeros = vec![0.0; values.len()];
+    v.numbers(key, Numbers { values, suffixes, range: Range::ANY, default: Some(&zeros) })
 }

@@ -50,6 +50,10 @@ pub const RGB: [&str; 3] = ["r", "g", "b"];
 pub const XYZ: [&str; 3] = ["x", "y", "z"];
 /// The suffixes of the Brown-Conrady distortion, in OpenCV's order.
 pub const DISTORTION: [&str; 5] = ["k1", "k2", "p1", "p2", "k3"];
+/// The suffixes of the vignetting polynomial.
+pub const VIGNETTING: [&str; 2] = ["k1", "k2"];
+/// The suffixes of the crosstalk: the channel that light is added to, then the channel that it belongs to.
+pub const CROSSTALK: [&str; 6] = ["rg", "rb", "gr", "gb", "br", "bg"];
 
 /// A list of numbers under one key: a colour, a point, the distortion.
 pub struct Numbers<'a> {

@@ -48,6 +48,8 @@ pub struct Part {
     pub chunk: u32,
     /// Samples of each half; empty for first hits.
     pub samples: Range<u32>,
+    /// How many of them, from the first on, finite differences take; 0: all.
+    pub difference_samples: u32,
 }
 
 /// The tasks of an evaluation: every tile of every photo, and for each tile its chunks of samples, in this order.
@@ -57,6 +59,8 @@ pub struct Split {
     pub tiles: Vec<TileWork>,
     /// Samples of each half; zero for first hits.
     samples: u32,
+    /// Of these, those of finite differences; 0: all.
+    difference_samples: u32,
     channels: usize,
 }
 
@@ -98,7 +102,7 @@ impl Split {
                 }
             }
         }
-        let split = Self { tiles, samples: if first_hits { 0 } else { samples / 2 }, channels };
+        let split = Self { tiles, samples: if first_hits { 0 } else { samples / 2 }, difference_samples: 0, channels };
         if split.tasks() > limits::TASKS {
             let text = format!(
                 "there are {} tasks, the limit is {}; ask for fewer samples or photos",
@@ -108,6 +112,14 @@ impl Split {
             return Err(text);
         }
         Ok(split)
+    }
+
+    /// The same split with only `samples` (both halves together) of finite differences; 0: all.
+    ///
+    /// Chunks are merged by their samples, so each gives finite differences its share, rounded up: none goes without.
+    #[must_use]
+    pub fn with_difference_samples(self, samples: u32) -> Self {
+        Self { difference_samples: samples.div_ceil(2).min(self.samples), ..self }
     }
 
     /// Chunks of samples of every tile.
@@ -129,7 +141,10 @@ impl Split {
         let tile = usize::try_from(task / chunks).ok().filter(|tile| *tile < self.tiles.len())?;
         let chunk = (task % chunks) as u32;
         let start = chunk * CHUNK_SAMPLES;
-        Some(Part { tile, chunk, samples: start..self.samples.min(start + CHUNK_SAMPLES) })
+        let samples = start..self.samples.min(start + CHUNK_SAMPLES);
+        let share = u64::from(self.difference_samples) * samples.len() as u64;
+        let difference_samples = share.div_ceil(u64::from(self.samples.max(1))) as u32;
+        Some(Part { tile, chunk, samples, difference_samples })
     }
 
     /// What the film of a task of `tile` looks like.
@@ -179,6 +194,16 @@ mod tests {
         assert_eq!(split.part(20).unwrap().samples, 128..130);
         assert_eq!(split.part(21), None);
         assert_eq!(split.shape(0), FilmShape { pixels: 1024, channels: 9, halves: 2 });
+    }
+
+    #[test]
+    fn every_chunk_gives_differences_their_share_rounded_up() {
+        let split = |of: u32| Split::new(&[area(8, 8)], 260, Output::Films, 1).unwrap().with_difference_samples(of);
+        let shares = |of: u32| (0..3).map(|task| split(of).part(task).unwrap().difference_samples).collect::<Vec<_>>();
+        assert_eq!(shares(0), [0, 0, 0]);
+        assert_eq!(shares(260), [64, 64, 2]);
+        assert_eq!(shares(65), [17, 17, 1]);
+        assert_eq!(shares(2), [1, 1, 1]);
     }
 
     #[test]

@@ -17,7 +17,7 @@ use prost::Message;
 fn parameter(name: &str) -> Parameter {
     let terms =
         vec![Term { number: format!("{name}.r"), ratio: 0.5 }, Term { number: format!("{name}.g"), ratio: 1.5 }];
-    Parameter { name: name.to_owned(), value: 0.25, range: Range::UNIT, terms }
+    Parameter { name: name.to_owned(), value: 0.25, range: Range::UNIT, terms, step: Some(0.125) }
 }
 
 fn request() -> EvaluationRequest {
@@ -26,6 +26,7 @@ fn request() -> EvaluationRequest {
         columns: vec![parameter("material.a.base_color")],
         photos: vec![3, 0, 7],
         samples: 16,
+        difference_samples: 4,
         seed: u64::MAX,
         output: Output::StatisticsAndFilms,
     }
@@ -47,6 +48,7 @@ fn task() -> Task {
         tile: Tile { x: 64, y: 32, width: 10, height: 5 },
         pixels: PixelSet::from_flags((0..50).map(|i| i % 3 == 0)),
         samples: 64..100,
+        difference_samples: 4,
         seed: 11,
     }
 }
@@ -85,6 +87,9 @@ fn broken_requests_are_refused() {
     broken(&|m| m.samples = 0, "samples: is 0");
     broken(&|m| m.samples = 7, "samples: is 7");
     broken(&|m| m.samples = u32::MAX - 1, "samples: is 4294967294");
+    broken(&|m| m.difference_samples = 18, "difference_samples: is 18, more than the 16 samples");
+    broken(&|m| m.columns[0].step = Some(0.0), "has a step that is not above zero");
+    broken(&|m| m.columns[0].step = Some(f64::NAN), "is NaN");
     broken(&|m| m.output = 17, "output: is 17");
     broken(&|m| m.numbers[0].name.clear(), "numbers: has 0 bytes");
     broken(&|m| m.numbers[0].name = "x".repeat(5000), "numbers: has 5000 bytes");
@@ -106,6 +111,7 @@ fn broken_tasks_and_hellos_are_refused() {
         refused(Task::try_from(message), field);
     };
     broken(&|m| m.id = None, "Task.id: is absent");
+    broken(&|m| m.difference_samples = 37, "difference_samples: is 37");
     broken(&|m| m.tile = None, "Task.tile: is absent");
     let tile = |m: &mut wire::Task, change: &dyn Fn(&mut wire::Tile)| change(m.tile.as_mut().unwrap());
     broken(&|m| tile(m, &|t| t.width_pixels = 0), "Task.tile");

@@ -31,7 +31,14 @@ pub fn render(capture: &Capture, assets: Assets, samples: u32, seed: u64) -> Vec
                 .par_iter()
                 .map(|tile| {
                     let pixels = PixelSet::from_flags(std::iter::repeat_n(true, tile.len()));
-                    let task = TileTask { photo, tile: *tile, pixels: &pixels, samples: 0..samples / 2, seed };
+                    let task = TileTask {
+                        photo,
+                        tile: *tile,
+                        pixels: &pixels,
+                        samples: 0..samples / 2,
+                        difference_samples: 0,
+                        seed,
+                    };
                     let film = prepared.render(&task, &AtomicBool::new(false)).unwrap();
                     assert_eq!(film.invalid_samples, 0);
                     film

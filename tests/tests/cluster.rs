@@ -99,7 +99,15 @@ fn files() -> DirectoryFiles {
 fn request(output: Output) -> EvaluationRequest {
     let capture = Capture::read(&files()).unwrap();
     let columns = capture.free_parameters().unwrap();
-    EvaluationRequest { numbers: vec![], columns, photos: vec![0, 3], samples: 132, seed: 9, output }
+    EvaluationRequest {
+        numbers: vec![],
+        columns,
+        photos: vec![0, 3],
+        samples: 132,
+        difference_samples: 0,
+        seed: 9,
+        output,
+    }
 }
 
 /// Every bit of an answer.

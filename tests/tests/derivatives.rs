@@ -24,7 +24,14 @@ fn planes(prepared: &Prepared, along: &Prepared, seed: u64) -> Vec<Vec<f64>> {
         .par_iter()
         .map(|tile| {
             let pixels = PixelSet::from_flags(std::iter::repeat_n(true, tile.len()));
-            let task = TileTask { photo: 0, tile: *tile, pixels: &pixels, samples: 0..SAMPLES_PER_HALF, seed };
+            let task = TileTask {
+                photo: 0,
+                tile: *tile,
+                pixels: &pixels,
+                samples: 0..SAMPLES_PER_HALF,
+                difference_samples: 0,
+                seed,
+            };
             let film = prepared.render_along(along, &task, &AtomicBool::new(false)).unwrap();
             (0..count)
                 .map(|plane| {

@@ -252,6 +252,7 @@ fn render(scene: &dyn Scene, task: &Task, first_hits: bool, cancel: &AtomicBool)
         pixels: &task.pixels,
         samples: task.samples.clone(),
         seed: task.seed,
+        difference_samples: task.difference_samples,
     };
     let film = if first_hits { scene.first_hits(&tile, cancel) } else { scene.render(&tile, cancel) };
     match film {

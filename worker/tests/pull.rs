@@ -162,6 +162,7 @@ impl Script {
             pixels: PixelSet::from_flags((0..1024).map(|i| i % 2 == 0)),
             samples: 10..20,
             seed: 100,
+            difference_samples: 3,
         };
         self.says(to_worker::Message::Task((&task).into())).await;
         task

@@ -90,6 +90,7 @@ impl<'a> Objective<'a> {
             columns: if columns { self.space.columns(&values) } else { Vec::new() },
             photos: self.photos.clone(),
             samples,
+            difference_samples: 0,
             seed: self.seed,
             output: Output::Statistics,
         };
@@ -123,6 +124,7 @@ impl<'a> Objective<'a> {
             columns: Vec::new(),
             photos,
             samples,
+            difference_samples: 0,
             seed: self.seed,
             output: Output::Statistics,
         };

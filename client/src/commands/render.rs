@@ -74,6 +74,7 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
                 columns: Vec::new(),
                 photos: batch.clone(),
                 samples: if output == Output::FirstHit { 2 } else { arguments.samples },
+                difference_samples: 0,
                 seed: arguments.seed,
                 output,
             };

@@ -88,6 +88,7 @@ impl Active {
             pixels: work.pixels.clone(),
             samples: part.samples,
             seed: self.seed,
+            difference_samples: part.difference_samples,
         })
     }
 

@@ -78,7 +78,8 @@ pub async fn prepare(
         let only_counted = request.output == Output::Statistics;
         let areas: Vec<_> = photos.iter().map(|photo| area(photo, only_counted)).collect();
         let split = Split::new(&areas, request.samples, request.output, plan.planes.len());
-        let split = Arc::new(split.map_err(Failure::of_request)?);
+        let split = split.map_err(Failure::of_request)?.with_difference_samples(request.difference_samples);
+        let split = Arc::new(split);
         let reduction = Reduction::new(request.output, capture.sensor.clone(), Arc::clone(&split), photos);
         let first_hits = request.output == Output::FirstHit;
         // First hits depend on no derivative: without columns, workers find the scene that they prepared before.

@@ -6,7 +6,7 @@
 //! - sensor: the column follows from the film alone (`photo.03.gain`, `sensor.gamma`); it needs no image;
 //! - forward: carried along every path (materials, light intensities); a colour's three channels share one RGB image,
 //!   because a path's red radiance depends on no other channel's parameter;
-//! - difference: two more renders with the same random numbers (geometry).
+//! - difference: one or two more renders with the same random numbers (geometry), also wherever a column gives its step.
 
 mod sensor;
 
@@ -27,11 +27,12 @@ pub enum Plane {
         /// Dotted name of the number.
         number: String,
     },
-    /// (radiance(+step) - radiance(-step)) / (2 step) along a parameter, with the same random numbers.
+    /// A finite difference along a parameter, with the same random numbers: (radiance(+step) - radiance(-step)) / (2 step)
+    /// where both lie in the numbers' ranges; else one-sided into the range, against the radiance itself.
     Difference {
         /// The numbers that move, and how far for a parameter's move by one.
         terms: Vec<Term>,
-        /// Half the distance between the two renders, in the parameter's unit.
+        /// The move of the parameter to either side, in its unit.
         step: f64,
     },
 }
@@ -83,6 +84,16 @@ enum Source {
     Sensor,
 }
 
+impl Source {
+    /// The source where a difference is asked for: the film alone knows of no step.
+    fn by_difference(self) -> Self {
+        match self {
+            Self::Colour { .. } | Self::Scalar | Self::Difference => Self::Difference,
+            film => film,
+        }
+    }
+}
+
 impl Plan {
     /// The plan for `columns` of a capture.
     ///
@@ -92,7 +103,9 @@ impl Plan {
     pub fn new(capture: &Capture, columns: &[Parameter]) -> Result<Self> {
         let mut plan = Self::default();
         for parameter in columns {
-            let sources = parameter.terms.iter().map(|t| source(capture, &t.number)).collect::<Result<Vec<_>>>()?;
+            let found = parameter.terms.iter().map(|t| source(capture, &t.number));
+            let usual = found.collect::<Result<Vec<_>>>()?.into_iter();
+            let sources: Vec<_> = usual.map(|s| if parameter.step.is_some() { s.by_difference() } else { s }).collect();
             let column = if sources.iter().any(|s| matches!(s, Source::Sensor)) {
                 if !sources.iter().all(|s| matches!(s, Source::Sensor)) {
                     return Err(SceneError::new("request", "moves the sensor and the scene together", "separate them")
@@ -108,7 +121,10 @@ impl Plan {
                     )
                     .at(parameter.name.as_str()));
                 }
-                let plane = plan.plane(Plane::Difference { terms: parameter.terms.clone(), step: step(parameter) });
+                let plane = plan.plane(Plane::Difference {
+                    terms: parameter.terms.clone(),
+                    step: parameter.step.unwrap_or_else(|| step(parameter)),
+                });
                 vec![Contribution::Plane { plane, channel: None, factor: 1.0 }]
             } else {
                 parameter.terms.iter().zip(sources).map(|(t, s)| plan.contribution(t, s)).collect()
@@ -192,7 +208,7 @@ fn split<'n>(capture: &Capture, number: &'n str) -> Option<(Owner, &'n str)> {
     }
 }
 
-/// Half the distance of a central difference: a pixel's tenth to its half for what moves an image, large enough that
+/// How far a difference moves a parameter: a pixel's tenth to its half for what moves an image, large enough that
 /// single-precision rays resolve it, small enough that the image stays linear over it.
 fn step(parameter: &Parameter) -> f64 {
     let name = parameter.name.as_str();

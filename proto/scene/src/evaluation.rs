@@ -13,6 +13,9 @@ pub struct EvaluationRequest {
     pub photos: Vec<usize>,
     /// Samples per pixel, both halves together; even, at least 2.
     pub samples: u32,
+    /// Samples per pixel of the images that are finite differences, both halves together; at most `samples`, and 0
+    /// stands for as many. Each task takes its share of them, rounded up, from the front of its samples.
+    pub difference_samples: u32,
     /// Seed of every random number.
     pub seed: u64,
     /// What is computed from the samples.

@@ -28,6 +28,9 @@ pub struct Parameter {
     pub range: Range,
     /// The numbers that it moves; at least one.
     pub terms: Vec<Term>,
+    /// Takes the derivative by finite differences of this step, in the unit of `value`, whatever is usual for the
+    /// numbers; above 0. What acts on the film alone (a photo's gain) needs no difference and ignores it.
+    pub step: Option<f64>,
 }
 
 impl Parameter {
@@ -117,6 +120,7 @@ impl Capture {
                     value,
                     range,
                     terms: vec![Term { number: number.clone(), ratio: 1.0 }],
+                    step: None,
                 }));
             }
         }
@@ -188,5 +192,5 @@ fn common_factor(name: &str, parts: &[(&String, f64, Range)]) -> Parameter {
         min: parts.iter().map(|p| p.2.min).fold(f64::MIN, f64::max),
         max: parts.iter().map(|p| p.2.max).fold(f64::MAX, f64::min) / largest,
     };
-    Parameter { name: name.to_owned(), value: mean, range, terms }
+    Parameter { name: name.to_owned(), value: mean, range, terms, step: None }
 }

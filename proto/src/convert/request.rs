@@ -16,6 +16,7 @@ pub fn request_to_wire(digest: Digest, request: &EvaluationRequest) -> wire::Eva
         // An index beyond 32 bits is beyond any capture's photos, and is refused as such.
         photos: request.photos.iter().map(|p| u32::try_from(*p).unwrap_or(u32::MAX)).collect(),
         samples: request.samples,
+        difference_samples: request.difference_samples,
         seed: request.seed,
         output: match request.output {
             Output::Statistics => wire::Output::Statistics,
@@ -47,6 +48,10 @@ pub fn request_from_wire(message: wire::EvaluationRequest) -> Result<(Digest, Ev
         let problem = format!("is {}, must be even and 2 to {}", message.samples, limits::SAMPLES);
         return Err(WireError::new("EvaluationRequest.samples", problem));
     }
+    if message.difference_samples > message.samples {
+        let problem = format!("is {}, more than the {} samples", message.difference_samples, message.samples);
+        return Err(WireError::new("EvaluationRequest.difference_samples", problem));
+    }
     let output = match wire::Output::try_from(message.output) {
         Ok(wire::Output::Statistics) => Output::Statistics,
         Ok(wire::Output::StatisticsAndFilms) => Output::StatisticsAndFilms,
@@ -61,6 +66,7 @@ pub fn request_from_wire(message: wire::EvaluationRequest) -> Result<(Digest, Ev
         columns: columns_from_wire("EvaluationRequest.columns", message.columns)?,
         photos: message.photos.into_iter().map(|p| p as usize).collect(),
         samples: message.samples,
+        difference_samples: message.difference_samples,
         seed: message.seed,
         output,
     };
@@ -93,6 +99,7 @@ pub(super) fn columns_to_wire(columns: &[Parameter]) -> Vec<wire::Parameter> {
             minimum: p.range.min,
             maximum: p.range.max,
             terms: p.terms.iter().map(term).collect(),
+            step: p.step,
         })
         .collect()
 }
@@ -116,7 +123,12 @@ pub(super) fn columns_from_wire(field: &str, columns: Vec<wire::Parameter>) -> R
                 let number = named(&field, term.number, limits::NAME_BYTES)?;
                 Ok(Term { number, ratio: finite(&field, term.ratio)? })
             });
-            Ok(Parameter { value: finite(&field, column.value)?, range, terms: terms.collect::<Result<_>>()?, name })
+            let terms = terms.collect::<Result<_>>()?;
+            let step = column.step.map(|step| finite(&field, step)).transpose()?;
+            if step.is_some_and(|step| step <= 0.0) {
+                return Err(WireError::new(field, "has a step that is not above zero"));
+            }
+            Ok(Parameter { value: finite(&field, column.value)?, range, terms, name, step })
         })
         .collect()
 }

@@ -140,6 +140,8 @@ pub struct Task {
     pub samples: Range<u32>,
     /// Of every random number.
     pub seed: u64,
+    /// How many of the samples, from the first on, finite differences take; 0: all.
+    pub difference_samples: u32,
 }
 
 impl From<&Task> for wire::Task {
@@ -154,6 +156,7 @@ impl From<&Task> for wire::Task {
             first_sample: task.samples.start,
             end_sample: task.samples.end,
             seed: task.seed,
+            difference_samples: task.difference_samples,
         }
     }
 }
@@ -185,6 +188,10 @@ impl TryFrom<wire::Task> for Task {
                 format!("are {}..{}, must ascend to at most {}", task.first_sample, task.end_sample, limits::SAMPLES);
             return Err(WireError::new("Task samples", problem));
         }
+        if task.difference_samples > task.end_sample - task.first_sample {
+            let problem = format!("is {}, more than the task's samples", task.difference_samples);
+            return Err(WireError::new("Task.difference_samples", problem));
+        }
         Ok(Self {
             id: AttemptId::from_wire("Task.id", task.id)?,
             photo: task.photo as usize,
@@ -192,6 +199,7 @@ impl TryFrom<wire::Task> for Task {
             pixels,
             samples: task.first_sample..task.end_sample,
             seed: task.seed,
+            difference_samples: task.difference_samples,
         })
     }
 }

@@ -11,6 +11,7 @@ mod affine;
 pub mod bsdf;
 pub mod bvh;
 mod camera;
+mod difference;
 mod geometry;
 mod integrator;
 mod light;
@@ -18,6 +19,7 @@ mod planes;
 mod prepared;
 mod render;
 mod sampler;
+mod scene;
 mod shader;
 
 pub use prepared::{Prepared, Stage};

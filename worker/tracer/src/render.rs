@@ -1,12 +1,16 @@
 //! Renders tiles: the two half buffers with their derivative images, and first hits.
 
 use crate::bvh::{Hit, Ray};
+use crate::difference::Difference;
 use crate::integrator::{Tally, World, trace};
-use crate::prepared::{Prepared, View};
+use crate::prepared::Prepared;
 use crate::sampler::PixelSampler;
+use crate::scene::{Scene, Variant, View};
+use crate::shader::Shader;
 use glam::Vec3;
 use gonio_scene::film::{FIRST_HIT_CHANNELS, PixelSet, Tile, TileFilm};
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What to render.
@@ -20,18 +24,47 @@ pub struct TileTask<'a> {
     pub pixels: &'a PixelSet,
     /// Sample indices, in each half.
     pub samples: Range<u32>,
+    /// How many of the samples, from the first on, finite differences take; 0: all.
+    pub difference_samples: u32,
     /// Seed of every random number.
     pub seed: u64,
 }
 
+impl TileTask<'_> {
+    /// Samples of finite differences in each half.
+    fn difference_samples(&self) -> usize {
+        match self.difference_samples as usize {
+            0 => self.samples.len(),
+            some => some.min(self.samples.len()),
+        }
+    }
+}
+
 /// Workspace of one tile.
 struct Buffers {
-    /// d throughput / d parameter.
+    /// d throughput / d parameter of the materials' planes.
     path: Vec<Vec3>,
-    /// One path's findings by plane.
+    /// One path's findings by forward plane.
     found: Vec<Vec3>,
     /// Sums over a pixel's samples: radiance, then the planes.
     sums: Vec<Vec3>,
+    /// The samples that differences start from.
+    middle: Vec<Traced>,
+}
+
+/// One sample of a pixel.
+#[derive(Clone, Copy)]
+struct Traced {
+    radiance: Vec3,
+    first: Option<Hit>,
+}
+
+/// One pixel of a photo.
+struct Pixel {
+    photo: usize,
+    x: u32,
+    y: u32,
+    sampler: PixelSampler,
 }
 
 impl Prepared {
@@ -62,12 +95,14 @@ impl Prepared {
             data: Vec::with_capacity(2 * pixels.len() * channels),
             invalid_samples: 0,
         };
-        let forward = self.planes();
         let mut buffers = Buffers {
-            path: vec![Vec3::ZERO; forward],
-            found: vec![Vec3::ZERO; forward],
-            sums: vec![Vec3::ZERO; 1 + forward],
+            path: vec![Vec3::ZERO; self.forward.materials],
+            found: vec![Vec3::ZERO; self.forward.planes.len()],
+            sums: vec![Vec3::ZERO; 1 + self.planes()],
+            middle: Vec::new(),
         };
+        // Where no number moves what this photo sees, a difference is zero and costs nothing.
+        let differences: Vec<_> = self.differences.iter().filter(|d| d.matters(task.photo)).collect();
         for half in 0..2 {
             for index in &pixels {
                 if cancel.load(Ordering::Relaxed) {
@@ -75,95 +110,70 @@ impl Prepared {
                 }
                 let x = task.tile.x + (*index as u32) % task.tile.width;
                 let y = task.tile.y + (*index as u32) / task.tile.width;
-                film.invalid_samples += self.pixel(proposals, task, x, y, half, &mut buffers)?;
-                let scale = 1.0 / task.samples.len().max(1) as f32;
-                film.data.extend(buffers.sums.iter().flat_map(|sum| (*sum * scale).to_array()));
+                let sampler = PixelSampler::new(task.seed, task.photo, x, y, half);
+                let pixel = Pixel { photo: task.photo, x, y, sampler };
+                film.invalid_samples += self.pixel(proposals, task, &pixel, &differences, &mut buffers)?;
+                film.data.extend(buffers.sums.iter().flat_map(|mean| mean.to_array()));
             }
         }
         Some(film)
     }
 
-    /// Sums one pixel's samples into `buffers.sums`; returns how many were not finite.
+    /// Puts one pixel's means into `buffers.sums`; returns how many samples were not finite.
     fn pixel(
         &self,
         proposals: &Self,
         task: &TileTask<'_>,
-        x: u32,
-        y: u32,
-        half: u32,
+        pixel: &Pixel,
+        differences: &[&Difference],
         buffers: &mut Buffers,
     ) -> Option<u64> {
-        let sampler = PixelSampler::new(task.seed, task.photo, x, y, half);
-        let Buffers { path, found, sums } = buffers;
+        let Buffers { path, found, sums, middle } = buffers;
+        let chosen = &proposals.scene.shaders;
         sums.fill(Vec3::ZERO);
-        let mut invalid = self.sum(proposals, task, x, y, &sampler, path, found, sums)?;
-        let mut one = [Vec3::ZERO];
-        for (plane, [plus, minus], scale) in &self.differences {
-            for (scene, sign) in [(plus, *scale), (minus, -*scale)] {
-                one[0] = Vec3::ZERO;
-                invalid += scene.sum(proposals, task, x, y, &sampler, &mut [], &mut [], &mut one)?;
-                sums[1 + plane] += one[0] * sign;
-            }
-        }
-        Some(invalid)
-    }
-
-    /// Adds the samples of one pixel, radiance first, then as many planes as `found` has.
-    #[allow(clippy::too_many_arguments)]
-    fn sum(
-        &self,
-        proposals: &Self,
-        task: &TileTask<'_>,
-        x: u32,
-        y: u32,
-        sampler: &PixelSampler,
-        path: &mut [Vec3],
-        found: &mut [Vec3],
-        sums: &mut [Vec3],
-    ) -> Option<u64> {
-        let view = self.views.get(task.photo)?;
-        let world = self.world(proposals, view);
-        let same = std::ptr::eq(world.proposals, world.shaders);
+        middle.clear();
+        let kept = if differences.is_empty() { 0 } else { task.difference_samples() };
         let mut invalid = 0;
         for index in task.samples.clone() {
-            let mut numbers = sampler.sample(index);
-            let [u, v, ..] = numbers.next4();
-            let ray = view.ray(x as f32 + u, y as f32 + v);
-            let first = self.geometry.closest(&ray);
-            found.fill(Vec3::ZERO);
-            let mut tally = Tally { radiance: Vec3::ZERO, derivatives: found };
-            if same {
-                trace::<true>(&world, ray, first, &mut numbers, path, &mut tally);
-            } else {
-                trace::<false>(&world, ray, first, &mut numbers, path, &mut tally);
+            let traced = self.scene.sample(chosen, pixel, index, None, path, found)?;
+            if middle.len() < kept {
+                middle.push(traced);
             }
-            let radiance = tally.radiance;
-            if radiance.is_finite() && found.iter().all(|d| d.is_finite()) {
-                sums[0] += radiance;
-                for (sum, derivative) in sums[1..].iter_mut().zip(found.iter()) {
-                    *sum += *derivative;
+            if traced.radiance.is_finite() && found.iter().all(|d| d.is_finite()) {
+                sums[0] += traced.radiance;
+                for (plane, derivative) in self.forward.planes.iter().zip(found.iter()) {
+                    sums[1 + plane] += *derivative;
                 }
             } else {
                 invalid += 1;
             }
         }
-        Some(invalid)
-    }
-
-    fn world<'a>(&'a self, proposals: &'a Self, view: &'a View) -> World<'a> {
-        World {
-            geometry: &self.geometry,
-            shaders: &self.shaders,
-            proposals: &proposals.shaders,
-            shader_of: &self.shader_of,
-            lights: &view.lights,
+        let scale = 1.0 / task.samples.len().max(1) as f32;
+        sums.iter_mut().for_each(|sum| *sum *= scale);
+        for difference in differences {
+            let mut sum = Vec3::ZERO;
+            for (index, middle) in task.samples.clone().zip(middle.iter()) {
+                let end = |variant: &Option<Box<Variant>>| match variant.as_deref() {
+                    Some(variant) if variant.differs[pixel.photo] => variant.sample(chosen, pixel, index, middle),
+                    _ => Some(middle.radiance),
+                };
+                // Sample by sample: sums would lose the digits in which the two differ.
+                let change = end(&difference.above)? - end(&difference.below)?;
+                if change.is_finite() {
+                    sum += change;
+                } else {
+                    invalid += 1;
+                }
+            }
+            sums[1 + difference.plane] = sum * (difference.scale / middle.len().max(1) as f32);
         }
+        Some(invalid)
     }
 
     /// What the rays through pixel centres hit first: one half of [`FIRST_HIT_CHANNELS`].
     #[must_use]
     pub fn first_hits(&self, photo: usize, tile: Tile, pixels: &PixelSet, cancel: &AtomicBool) -> Option<TileFilm> {
-        let view = self.views.get(photo)?;
+        let view = self.scene.views.get(photo)?;
         let channels = FIRST_HIT_CHANNELS.len();
         let indices: Vec<usize> = pixels.indices().collect();
         let mut data = Vec::with_capacity(indices.len() * channels);
@@ -174,7 +184,7 @@ impl Prepared {
             let x = tile.x + (*index as u32) % tile.width;
             let y = tile.y + (*index as u32) / tile.width;
             let ray = view.ray(x as f32 + 0.5, y as f32 + 0.5);
-            data.extend(self.first_hit(view, &ray, self.geometry.closest(&ray)));
+            data.extend(self.first_hit(view, &ray, self.scene.geometry.closest(&ray)));
         }
         Some(TileFilm { pixels: indices.len(), channels, halves: 1, data, invalid_samples: 0 })
     }
@@ -185,7 +195,7 @@ impl Prepared {
             nothing[4] = -1.0;
             return nothing;
         };
-        let surface = self.geometry.surface(&hit);
+        let surface = self.scene.geometry.surface(&hit);
         let (p, n) = (surface.position, surface.normal);
         let view_direction = -ray.direction;
         let angle = |v: Vec3| libm::acosf(n.dot(v).clamp(-1.0, 1.0));
@@ -198,7 +208,50 @@ impl Prepared {
     /// Width and height of a photo.
     #[must_use]
     pub fn size(&self, photo: usize) -> Option<(u32, u32)> {
-        self.views.get(photo).map(|v| (v.width, v.height))
+        self.scene.views.get(photo).map(|v| (v.width, v.height))
+    }
+}
+
+impl Scene {
+    /// Traces sample `index` of a pixel along the paths that `proposals` choose. `known` is what its camera ray hits,
+    /// where that has been found out already. `found` receives the derivatives; both slices may be empty.
+    fn sample(
+        &self,
+        proposals: &Arc<[Shader]>,
+        pixel: &Pixel,
+        index: u32,
+        known: Option<Option<Hit>>,
+        path: &mut [Vec3],
+        found: &mut [Vec3],
+    ) -> Option<Traced> {
+        let view = self.views.get(pixel.photo)?;
+        let world = World {
+            geometry: &self.geometry,
+            shaders: &self.shaders,
+            proposals,
+            shader_of: &self.shader_of,
+            lights: &view.lights,
+        };
+        let mut numbers = pixel.sampler.sample(index);
+        let [u, v, ..] = numbers.next4();
+        let ray = view.ray(pixel.x as f32 + u, pixel.y as f32 + v);
+        let first = known.unwrap_or_else(|| self.geometry.closest(&ray));
+        found.fill(Vec3::ZERO);
+        let mut tally = Tally { radiance: Vec3::ZERO, derivatives: found };
+        if Arc::ptr_eq(proposals, &self.shaders) {
+            trace::<true>(&world, ray, first, &mut numbers, path, &mut tally);
+        } else {
+            trace::<false>(&world, ray, first, &mut numbers, path, &mut tally);
+        }
+        Some(Traced { radiance: tally.radiance, first })
+    }
+}
+
+impl Variant {
+    /// The radiance of a sample whose path in the other scene is known.
+    fn sample(&self, proposals: &Arc<[Shader]>, pixel: &Pixel, index: u32, other: &Traced) -> Option<Vec3> {
+        let known = self.same_first_hits[pixel.photo].then_some(other.first);
+        self.scene.sample(proposals, pixel, index, known, &mut [], &mut []).map(|traced| traced.radiance)
     }
 }
 

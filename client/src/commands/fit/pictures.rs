@@ -46,6 +46,7 @@ pub(super) fn panels(
             columns: Vec::new(),
             photos: batch,
             samples: samples(fitted, result),
+            difference_samples: 0,
             seed: result.seed,
             output: Output::StatisticsAndFilms,
         };

@@ -1,0 +1,125 @@
+//! What the rays of one set of numbers meet. Sets that differ in little share the rest.
+
+use crate::camera::PhotoCamera;
+use crate::geometry::Geometry;
+use crate::light::{EnvironmentMap, PhotoLights};
+use crate::planes;
+use crate::shader::Shader;
+use gonio_scene::capture::{CAPTURE_FILE, Light, LightKind, Photo};
+use gonio_scene::derivative::Plan;
+use gonio_scene::{Assets, Capture, Result, SceneError};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Geometry, materials, and each photo's camera and lights.
+pub(crate) struct Scene {
+    pub(crate) geometry: Arc<Geometry>,
+    pub(crate) shaders: Arc<[Shader]>,
+    /// Index into `shaders` by object.
+    pub(crate) shader_of: Arc<[usize]>,
+    pub(crate) views: Vec<Arc<View>>,
+}
+
+/// One photo's camera and lights.
+pub(crate) struct View {
+    pub(crate) camera: PhotoCamera,
+    pub(crate) lights: PhotoLights,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+}
+
+/// The files of a capture, ready.
+pub(crate) struct Loaded {
+    pub(crate) assets: Assets,
+    pub(crate) maps: BTreeMap<String, Arc<EnvironmentMap>>,
+}
+
+/// A scene near another, and what a photo sees of the move.
+pub(crate) struct Variant {
+    pub(crate) scene: Scene,
+    /// By photo: whether its radiance can differ at all.
+    pub(crate) differs: Vec<bool>,
+    /// By photo: whether camera rays hit first what they hit in the other scene.
+    pub(crate) same_first_hits: Vec<bool>,
+}
+
+impl View {
+    pub(crate) fn new(capture: &Capture, photo: &Photo, loaded: &Loaded, plan: &Plan) -> Result<Self> {
+        let camera = capture.camera_of(photo);
+        let lights = PhotoLights::new(&capture.lights, photo, &loaded.maps, &|light| {
+            let key = match &light.kind {
+                LightKind::Point { .. } | LightKind::Sphere { .. } => "intensity",
+                LightKind::Directional { .. } => "irradiance",
+                LightKind::Constant { .. } => "radiance",
+                LightKind::Map { .. } => "scale",
+            };
+            planes::find(plan, &format!("light.{}.{key}", light.name))
+        });
+        let (width, height) = (camera.width, camera.height);
+        Ok(Self { camera: PhotoCamera::new(&camera, photo)?, lights, width, height })
+    }
+}
+
+/// The shader of each object.
+///
+/// # Errors
+/// An object of a material that is not there.
+pub(crate) fn shader_of(capture: &Capture) -> Result<Arc<[usize]>> {
+    let find = |material: &str| capture.materials.iter().position(|m| m.name == material);
+    let of = capture.objects.iter().map(|o| {
+        find(&o.material).ok_or_else(|| {
+            SceneError::new(CAPTURE_FILE, "names no material", "name a [[material]]")
+                .at(format!("object.{}.material", o.name))
+        })
+    });
+    of.collect()
+}
+
+impl Scene {
+    /// This scene, which is `from`'s, as it is with `to`'s numbers: only what they change is built.
+    ///
+    /// # Errors
+    /// As [`crate::Stage::prepare`].
+    pub(crate) fn vary(&self, from: &Capture, to: &Capture, loaded: &Loaded) -> Result<Variant> {
+        let geometry = if from.objects == to.objects {
+            self.geometry.clone()
+        } else {
+            Arc::new(Geometry::new(to, &loaded.assets)?)
+        };
+        let moved: Vec<bool> = from.materials.iter().zip(&to.materials).map(|(a, b)| a != b).collect();
+        let shaders = if moved.contains(&true) {
+            let shader = |((material, moved), known): ((_, &bool), &Shader)| {
+                if *moved { Shader::new(material, &Plan::default()) } else { Ok(known.clone()) }
+            };
+            let all = to.materials.iter().zip(&moved).zip(self.shaders.iter()).map(shader);
+            all.collect::<Result<Vec<_>>>()?.into()
+        } else {
+            self.shaders.clone()
+        };
+        let mut views = Vec::with_capacity(self.views.len());
+        let mut same_camera = Vec::with_capacity(self.views.len());
+        for ((was, is), known) in from.photos.iter().zip(&to.photos).zip(&self.views) {
+            let camera = was.camera_to_world == is.camera_to_world && from.camera_of(was) == to.camera_of(is);
+            let pose = was.camera_to_world == is.camera_to_world;
+            let lights = pose && shining(&from.lights, was).eq(shining(&to.lights, is));
+            same_camera.push(camera);
+            views.push(if camera && lights {
+                known.clone()
+            } else {
+                Arc::new(View::new(to, is, loaded, &Plan::default())?)
+            });
+        }
+        let same_geometry = Arc::ptr_eq(&geometry, &self.geometry);
+        let everywhere = !same_geometry || self.shader_of.iter().any(|shader| moved[*shader]);
+        let differs =
+            views.iter().zip(&self.views).map(|(is, was)| everywhere || !Arc::ptr_eq(is, was)).collect::<Vec<_>>();
+        let same_first_hits = same_camera.iter().map(|camera| same_geometry && *camera).collect();
+        let scene = Self { geometry, shaders, shader_of: self.shader_of.clone(), views };
+        Ok(Variant { scene, differs, same_first_hits })
+    }
+}
+
+/// The lights that are on in a photo.
+fn shining<'l>(lights: &'l [Light], photo: &'l Photo) -> impl Iterator<Item = &'l Light> {
+    lights.iter().filter(|light| photo.lights.as_ref().is_none_or(|on| on.contains(&light.name)))
+}

@@ -100,12 +100,23 @@ pub fn assets() -> Assets {
     Assets { meshes, maps: BTreeMap::new() }
 }
 
-/// A film of photo 0 with seed 5.
+/// A film of a photo with seed 5.
 pub fn film(prepared: &Prepared, photo: usize, samples: u32, difference_samples: u32) -> TileFilm {
+    film_along(prepared, prepared, photo, samples, difference_samples)
+}
+
+/// As [`film`], along the paths of another preparation.
+pub fn film_along(
+    prepared: &Prepared,
+    along: &Prepared,
+    photo: usize,
+    samples: u32,
+    difference_samples: u32,
+) -> TileFilm {
     let tile = Tile { x: 0, y: 0, width: SIDE, height: SIDE };
     let pixels = PixelSet::from_flags(std::iter::repeat_n(true, tile.len()));
     let task = TileTask { photo, tile, pixels: &pixels, samples: 0..samples, difference_samples, seed: 5 };
-    prepared.render(&task, &AtomicBool::new(false)).unwrap()
+    prepared.render_along(along, &task, &AtomicBool::new(false)).unwrap()
 }
 
 /// All channels of plane `plane` (0: radiance), mean of the halves.

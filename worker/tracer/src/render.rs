@@ -113,7 +113,7 @@ impl Prepared {
                 let sampler = PixelSampler::new(task.seed, task.photo, x, y, half);
                 let pixel = Pixel { photo: task.photo, x, y, sampler };
                 film.invalid_samples += self.pixel(proposals, task, &pixel, &differences, &mut buffers)?;
-                film.data.extend(buffers.sums.iter().flat_map(|mean| mean.to_array()));
+                film.data.extend(buffers.sums.iter().flat_map(Vec3::to_array));
             }
         }
         Some(film)

@@ -20,7 +20,7 @@ pub(super) fn difference(capture: &Capture, parameter: &Parameter) -> Result<Con
         capture.set_numbers(&values)?;
         Ok(capture.sensor)
     };
-    let step = step(parameter);
+    let step = parameter.step.unwrap_or_else(|| step(parameter));
     let here = || capture.sensor.clone();
     let (from, to, distance) = match (moved(-step), moved(step)) {
         (Ok(from), Ok(to)) => (from, to, 2.0 * step),

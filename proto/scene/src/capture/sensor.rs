@@ -34,7 +34,7 @@ pub struct Sensor {
     pub black_level: f64,
     /// Exponent of the value that the response gives; 1 leaves it.
     pub gamma: f64,
-    /// No photo value is larger; from [`Sensor::NO_CLIP`] on there is no limit.
+    /// No photo value is larger; at [`Sensor::NO_CLIP`], its upper bound, there is no limit.
     pub clip_level: f64,
 }
 
@@ -58,7 +58,7 @@ impl Sensor {
     /// The read noise of a capture that states none: 1 % of a value of one, about that of an 8-bit file.
     pub const DEFAULT_READ_NOISE: f64 = 0.01;
 
-    /// A clip level that clips nothing.
+    /// The clip level that clips nothing, not even what is brighter.
     pub const NO_CLIP: f64 = 1e6;
 
     /// The numbers that say how sure a value is, not what it is: no residual determines them.
@@ -116,7 +116,8 @@ impl Section for Sensor {
         list(v, "crosstalk", &mut self.crosstalk, &CROSSTALK)?;
         v.number("black_level", &mut self.black_level, Range::ANY, Some(0.0))?;
         v.number("gamma", &mut self.gamma, Range { min: 0.1, max: 10.0 }, Some(1.0))?;
-        v.number("clip_level", &mut self.clip_level, Range::POSITIVE, Some(Self::NO_CLIP))
+        let clip = Range { max: Self::NO_CLIP, ..Range::POSITIVE };
+        v.number("clip_level", &mut self.clip_level, clip, Some(Self::NO_CLIP))
     }
 
     fn is_empty(&self) -> bool {

@@ -59,6 +59,12 @@ mod tests {
             let [Contribution::Sensor { from, to, distance }] = &plan.columns[0][..] else { panic!("{plan:?}") };
             assert_eq!(((from.gamma, to.gamma), *distance), (ends, expected));
         }
+        // The effect of clipping at 0.75, asked for at the null, which is the upper bound.
+        let mut column = capture.parameters(&["sensor.clip_level".to_owned()], &[]).unwrap();
+        column[0].step = Some(Sensor::NO_CLIP - 0.75);
+        let plan = Plan::new(&capture, &column).unwrap();
+        let [Contribution::Sensor { from, to, distance }] = &plan.columns[0][..] else { panic!("{plan:?}") };
+        assert_eq!((from.clip_level, to.clip_level, *distance), (0.75, Sensor::NO_CLIP, Sensor::NO_CLIP - 0.75));
     }
 
     #[test]

@@ -218,7 +218,22 @@ fn step(parameter: &Parameter) -> f64 {
     let own = match (second, last) {
         (_, "fx" | "fy") => 0.002 * parameter.value.abs(),
         (_, "cx" | "cy") => 0.2,
-        (_, "radius") => 0.05 * parameter.value.abs(),
+        (_, "radius") => {
+            if parameter.value == 0.0 {
+                5e-3
+            } else {
+                0.05 * parameter.value.abs()
+            }
+        }
+        (_, "lobe_exponent") => 0.1 + 0.05 * parameter.value.abs(),
+        ("lobe_axis", _) => 5e-3,
+        ("translation", _) => 1e-4,
+        // Radiance is linear in these two: as far as their range goes.
+        (_, "presence") => parameter.value.max(1.0 - parameter.value),
+        (_, "glare_fraction") => 0.25,
+        (_, "glare_width") => 0.1 * parameter.value.abs(),
+        (_, "aperture_radius") => 2e-3,
+        (_, "focus_distance") => 0.02 * parameter.value.abs(),
         ("position", _) => 5e-4,
         ("direction", _) => 5e-3,
         ("distortion", _) => 2e-3,

@@ -1,6 +1,7 @@
-//! Camera rays: an OpenCV pinhole with Brown-Conrady distortion, undone by Newton's method.
+//! Camera rays: an OpenCV pinhole, or a thin lens in its place, with Brown-Conrady distortion, undone by Newton's method.
 
 use crate::affine::affine;
+use crate::bvh::Ray;
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
 use gonio_scene::capture::{CAPTURE_FILE, Camera, Photo};
 use gonio_scene::{Result, SceneError};
@@ -17,6 +18,38 @@ pub struct PhotoCamera {
     /// World direction of the camera's z axis.
     pub forward: Vec3,
     distorted: bool,
+    lens: Option<Lens>,
+    /// Light that reaches a pixel from around it.
+    pub glare: Option<Glare>,
+}
+
+/// A thin lens.
+#[derive(Debug, Clone, Copy)]
+struct Lens {
+    /// World vectors along the image's axes, as long as the lens's radius.
+    x: Vec3,
+    y: Vec3,
+    /// Depth that is sharp, metres.
+    focus: f32,
+}
+
+/// Veiling glare: a share of a pixel's light comes from elsewhere in the image.
+#[derive(Debug, Clone, Copy)]
+pub struct Glare {
+    /// The share, above 0.
+    pub fraction: f32,
+    /// Standard deviation along each axis, pixels.
+    width: f32,
+}
+
+impl Glare {
+    /// Where the light comes from instead, in pixels from where it arrives: Box and Muller's pair of normal numbers.
+    #[must_use]
+    pub fn offset(&self, u: f32, v: f32) -> (f32, f32) {
+        let radius = self.width * (-2.0 * libm::logf(1.0 - u)).sqrt();
+        let (sin, cos) = libm::sincosf(2.0 * std::f32::consts::PI * v);
+        (radius * cos, radius * sin)
+    }
 }
 
 impl PhotoCamera {
@@ -34,6 +67,13 @@ impl PhotoCamera {
             origin: pose.translation.as_vec3(),
             forward: rotation.z_axis.as_vec3(),
             distorted: camera.distortion.iter().any(|d| *d != 0.0),
+            lens: (camera.aperture_radius > 0.0).then(|| Lens {
+                x: (rotation.x_axis * camera.aperture_radius).as_vec3(),
+                y: (rotation.y_axis * camera.aperture_radius).as_vec3(),
+                focus: camera.focus_distance as f32,
+            }),
+            glare: (camera.glare_fraction > 0.0)
+                .then_some(Glare { fraction: camera.glare_fraction as f32, width: camera.glare_width as f32 }),
         };
         let (w, h) = (f64::from(camera.width), f64::from(camera.height));
         let border = (0..=8).flat_map(|i| {
@@ -51,6 +91,27 @@ impl PhotoCamera {
             }
         }
         Ok(this)
+    }
+
+    /// The ray that reaches image position (x, y), in pixels, through the middle of the lens.
+    #[inline]
+    #[must_use]
+    pub fn centre_ray(&self, x: f32, y: f32) -> Ray {
+        Ray { origin: self.origin, direction: self.direction(x, y), t_min: 0.0, t_max: f32::INFINITY }
+    }
+
+    /// The ray that reaches image position (x, y), in pixels, through the point of the lens that (u, v) in the unit
+    /// square stands for.
+    #[inline]
+    #[must_use]
+    pub fn ray(&self, x: f32, y: f32, u: f32, v: f32) -> Ray {
+        let pinhole = self.centre_ray(x, y);
+        let Some(lens) = &self.lens else { return pinhole };
+        let (sin, cos) = libm::sincosf(2.0 * std::f32::consts::PI * v);
+        let shift = (lens.x * cos + lens.y * sin) * u.sqrt();
+        // All rays of an image position meet in one point of the plane that is sharp.
+        let sharp = pinhole.direction * (lens.focus / pinhole.direction.dot(self.forward));
+        Ray { origin: self.origin + shift, direction: (sharp - shift).normalize(), ..pinhole }
     }
 
     /// The world direction (unit length) seen at image position (x, y), in pixels from the top left corner.
@@ -121,7 +182,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn camera(distortion: [f64; 5]) -> Camera {
-        Camera { width: 640, height: 480, fx: 500.0, fy: 510.0, cx: 310.0, cy: 245.0, distortion }
+        Camera { width: 640, height: 480, fx: 500.0, fy: 510.0, cx: 310.0, cy: 245.0, distortion, ..Camera::default() }
     }
 
     #[test]

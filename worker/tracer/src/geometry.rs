@@ -3,7 +3,7 @@
 use crate::affine::affine;
 use crate::bvh::{Bvh, Hit, Ray};
 use glam::{DVec3, Vec3};
-use gonio_scene::capture::CAPTURE_FILE;
+use gonio_scene::capture::{CAPTURE_FILE, Object};
 use gonio_scene::{Assets, Capture, Result, SceneError};
 
 /// World-space triangles under a BVH.
@@ -40,14 +40,26 @@ pub struct Surface {
     pub margin: f32,
 }
 
+/// Where an object is, row-major; `None` where it is not there at all.
+pub type Place = Option<[[f64; 4]; 4]>;
+
+/// Where a capture's objects are: equal places, equal geometry. Object `but` is taken to be absent.
+#[must_use]
+pub fn places(capture: &Capture, but: Option<usize>) -> Vec<Place> {
+    let place =
+        |(index, object): (usize, &Object)| (object.presence > 0.0 && but != Some(index)).then(|| object.placement());
+    capture.objects.iter().enumerate().map(place).collect()
+}
+
 impl Geometry {
-    /// Places the meshes of a capture's objects in the world.
+    /// Puts the meshes of a capture's objects where `places` has them in the world.
     ///
     /// # Errors
     /// A transform that takes vertices out of single precision's range; a mesh that was not loaded.
-    pub fn new(capture: &Capture, assets: &Assets) -> Result<Self> {
+    pub fn new(capture: &Capture, places: &[Place], assets: &Assets) -> Result<Self> {
         let mut triangles = Vec::new();
-        for (index, object) in capture.objects.iter().enumerate() {
+        for (index, (object, place)) in capture.objects.iter().zip(places).enumerate() {
+            let Some(place) = place else { continue };
             let refuse = |problem: String, mend: &str| {
                 SceneError::new(CAPTURE_FILE, problem, mend).at(format!("object.{}", object.name))
             };
@@ -55,7 +67,7 @@ impl Geometry {
                 .meshes
                 .get(&object.mesh)
                 .ok_or_else(|| refuse(format!("mesh {} was not loaded", object.mesh), "load the capture's assets"))?;
-            let pose = affine(&object.object_to_world);
+            let pose = affine(place);
             let linear = pose.matrix3;
             let cofactor = linear.inverse().transpose();
             let mirror = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };

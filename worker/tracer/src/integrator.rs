@@ -5,9 +5,9 @@
 //! so that d radiance / d parameter is the estimator with d f in place of f, at no extra ray.
 
 use crate::geometry::Geometry;
-use crate::light::{Emission, PhotoLights};
+use crate::light::{Emission, LightSample, PhotoLights};
 use crate::planes::PlaneIndex;
-use crate::sampler::Sampler;
+use crate::sampler::{Aside, Sampler};
 use crate::shader::{MAX_SLOTS, Shader};
 use crate::{bvh::Hit, bvh::Ray};
 use glam::{Vec2, Vec3};
@@ -50,6 +50,12 @@ pub struct Tally<'a> {
 }
 
 impl Tally<'_> {
+    /// Multiplies everything found so far.
+    pub fn scale(&mut self, factor: f32) {
+        self.radiance *= factor;
+        self.derivatives.iter_mut().for_each(|sum| *sum *= factor);
+    }
+
     /// Adds light that reaches the carrier with factor `weight`.
     #[inline]
     fn add(&mut self, carrier: &Carrier<'_>, weight: Vec3, emission: &Emission, plane: PlaneIndex) {
@@ -120,17 +126,19 @@ pub fn trace<const SAME: bool>(
     // Density of the direction that led here and the share of each light in the choice at the last surface; a camera ray
     // competes with nothing.
     let mut arrival: Option<(f32, f32)> = None;
+    // Lights of intensity 0 have no part in the radiance: their derivatives must not shift its numbers.
+    let mut dark = (world.lights.dark() > 0 && !tally.derivatives.is_empty()).then(|| sampler.aside(Aside::Dark));
     let share = |arrival: Option<(f32, f32)>, pdf: f32| arrival.map_or(1.0, |(own, pick)| power(own, pdf * pick));
     for bounce in 0u32.. {
         let limit = hit.map_or(f32::INFINITY, |h| h.t);
         if let Some((_, index)) = world.lights.sphere(ray.origin, ray.direction, limit) {
-            if let Some((emission, pdf, plane)) = world.lights.sphere_emission(index, ray.origin) {
+            if let Some((emission, pdf, plane)) = world.lights.sphere_emission(index, ray.origin, ray.direction) {
                 tally.add(&carrier, Vec3::splat(share(arrival, pdf)), &emission, plane);
             }
             return;
         }
         let Some(h) = hit else {
-            if let Some((emission, pdf, plane)) = world.lights.environment(ray.direction) {
+            for (emission, pdf, plane) in world.lights.environments(ray.direction) {
                 tally.add(&carrier, Vec3::splat(share(arrival, pdf)), &emission, plane);
             }
             return;
@@ -150,8 +158,9 @@ pub fn trace<const SAME: bool>(
         let lights = world.lights.sampled();
         let all = bounce == 0 && lights <= ALL_LIGHTS;
         let pick = if all || lights == 0 { 1.0 } else { 1.0 / lights as f32 };
-        let mut direct = |index: usize, u: Vec2| {
-            let Some((sample, plane)) = world.lights.sample(index, surface.position, u) else { return };
+        // `met` says that a path can come upon the light as well; `pick` is the chance that it was chosen.
+        let mut direct = |light: Option<(LightSample, PlaneIndex)>, pick: f32, met: bool| {
+            let Some((sample, plane)) = light else { return };
             let wi = basis.local(sample.direction);
             if wi.z <= 0.0 {
                 return;
@@ -171,9 +180,11 @@ pub fn trace<const SAME: bool>(
             {
                 return;
             }
-            let weight = if sample.pdf > 0.0 {
+            let weight = if sample.pdf > 0.0 && met {
                 let pdf = if SAME { found.pdf } else { proposal.bsdf.evaluate(wo, wi).pdf };
                 power(sample.pdf * pick, pdf) / (sample.pdf * pick)
+            } else if sample.pdf > 0.0 {
+                1.0 / (sample.pdf * pick)
             } else {
                 1.0 / pick
             };
@@ -194,11 +205,23 @@ pub fn trace<const SAME: bool>(
                         Vec2::new(fresh[0], fresh[1])
                     }
                 };
-                direct(index, u);
+                direct(world.lights.sample(index, surface.position, u), pick, true);
             }
         } else if lights > 0 {
             let index = ((towards[2] * lights as f32) as usize).min(lights - 1);
-            direct(index, Vec2::new(towards[0], towards[1]));
+            let u = Vec2::new(towards[0], towards[1]);
+            direct(world.lights.sample(index, surface.position, u), pick, true);
+        }
+        if let Some(dark) = &mut dark {
+            let lights = world.lights.dark();
+            let each = if bounce == 0 { lights.min(ALL_LIGHTS) } else { 1 };
+            // All of them, or as many at random.
+            for k in 0..each {
+                let [u, v, w, _] = dark.next4();
+                let index = if each == lights { k } else { ((w * lights as f32) as usize).min(lights - 1) };
+                let light = world.lights.sample_dark(index, surface.position, Vec2::new(u, v));
+                direct(light, each as f32 / lights as f32, false);
+            }
         }
 
         let Some(wi) = proposal.bsdf.sample_direction(wo, [numbers[0], numbers[1], numbers[2]]) else { return };

@@ -1,10 +1,10 @@
 //! A capture made ready to render: loaded once as a [`Stage`], prepared once per set of numbers.
 
 use crate::difference::{Difference, Middle};
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, Place, places};
 use crate::light::EnvironmentMap;
 use crate::planes::Forward;
-use crate::scene::{Loaded, Scene, View, shader_of};
+use crate::scene::{Loaded, Scene, View, shader_of, without};
 use crate::shader::Shader;
 use gonio_scene::capture::Material;
 use gonio_scene::derivative::{Plan, Plane};
@@ -18,13 +18,10 @@ pub struct Stage {
     recent: Mutex<Recent>,
 }
 
-/// An object's transform, row-major.
-type Pose = [[f64; 4]; 4];
-
 /// What the last preparation built. Held only to look up or replace an entry, never while building.
 #[derive(Default)]
 struct Recent {
-    geometry: Option<(Vec<Pose>, Arc<Geometry>)>,
+    geometry: Option<(Vec<Place>, Arc<Geometry>)>,
     shaders: Option<(Vec<Material>, Plan, Arc<[Shader]>)>,
 }
 
@@ -71,6 +68,7 @@ impl Stage {
         let view = |photo| View::new(capture, photo, &self.loaded, plan).map(Arc::new);
         Ok(Scene {
             geometry: self.geometry(capture)?,
+            without: without(capture, &self.loaded.assets, None)?,
             shaders: self.shaders(capture, plan)?,
             shader_of: shader_of(capture)?,
             views: capture.photos.iter().map(view).collect::<Result<_>>()?,
@@ -78,7 +76,7 @@ impl Stage {
     }
 
     fn geometry(&self, capture: &Capture) -> Result<Arc<Geometry>> {
-        let key: Vec<_> = capture.objects.iter().map(|o| o.object_to_world).collect();
+        let key = places(capture, None);
         // A poisoned lock only means that another preparation panicked while looking up: the entries are whole.
         let recent = || self.recent.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((known, geometry)) = &recent().geometry
@@ -86,7 +84,7 @@ impl Stage {
         {
             return Ok(geometry.clone());
         }
-        let geometry = Arc::new(Geometry::new(capture, &self.loaded.assets)?);
+        let geometry = Arc::new(Geometry::new(capture, &key, &self.loaded.assets)?);
         let mut recent = recent();
         // Poses of a search come once; the first geometry is the one that returns.
         if recent.geometry.is_none() || capture.objects == self.capture.objects {

@@ -1,10 +1,11 @@
 //! Renders tiles: the two half buffers with their derivative images, and first hits.
 
 use crate::bvh::{Hit, Ray};
+use crate::camera::Glare;
 use crate::difference::Difference;
 use crate::integrator::{Tally, World, trace};
 use crate::prepared::Prepared;
-use crate::sampler::PixelSampler;
+use crate::sampler::{Aside, PixelSampler, Sampler};
 use crate::scene::{Scene, Variant, View};
 use crate::shader::Shader;
 use glam::Vec3;
@@ -183,7 +184,7 @@ impl Prepared {
             }
             let x = tile.x + (*index as u32) % tile.width;
             let y = tile.y + (*index as u32) / tile.width;
-            let ray = view.ray(x as f32 + 0.5, y as f32 + 0.5);
+            let ray = view.camera.centre_ray(x as f32 + 0.5, y as f32 + 0.5);
             data.extend(self.first_hit(view, &ray, self.scene.geometry.closest(&ray)));
         }
         Some(TileFilm { pixels: indices.len(), channels, halves: 1, data, invalid_samples: 0 })
@@ -225,23 +226,37 @@ impl Scene {
         found: &mut [Vec3],
     ) -> Option<Traced> {
         let view = self.views.get(pixel.photo)?;
-        let world = World {
-            geometry: &self.geometry,
-            shaders: &self.shaders,
-            proposals,
-            shader_of: &self.shader_of,
-            lights: &view.lights,
-        };
         let mut numbers = pixel.sampler.sample(index);
-        let [u, v, ..] = numbers.next4();
-        let ray = view.ray(pixel.x as f32 + u, pixel.y as f32 + v);
-        let first = known.unwrap_or_else(|| self.geometry.closest(&ray));
+        let mut choice = None;
+        let mut choose = |which: usize| choice.get_or_insert_with(|| numbers.aside(Aside::Choice).next4())[which];
+        let geometry = match &self.without {
+            Some((share, without)) if choose(0) >= *share => without,
+            _ => &self.geometry,
+        };
+        let glare = view.camera.glare.map(|glare| (glare, glare.offset(choose(1), choose(2))));
+        let mut elsewhere = numbers.aside(Aside::Glare);
+        let world =
+            World { geometry, shaders: &self.shaders, proposals, shader_of: &self.shader_of, lights: &view.lights };
         found.fill(Vec3::ZERO);
         let mut tally = Tally { radiance: Vec3::ZERO, derivatives: found };
-        if Arc::ptr_eq(proposals, &self.shaders) {
-            trace::<true>(&world, ray, first, &mut numbers, path, &mut tally);
-        } else {
-            trace::<false>(&world, ray, first, &mut numbers, path, &mut tally);
+        let mut follow =
+            |numbers: &mut Sampler, known: Option<Option<Hit>>, (dx, dy): (f32, f32), tally: &mut Tally<'_>| {
+                let [x, y, u, v] = numbers.next4();
+                let ray = view.camera.ray(pixel.x as f32 + x + dx, pixel.y as f32 + y + dy, u, v);
+                let first = known.unwrap_or_else(|| geometry.closest(&ray));
+                if Arc::ptr_eq(proposals, &self.shaders) {
+                    trace::<true>(&world, ray, first, numbers, path, tally);
+                } else {
+                    trace::<false>(&world, ray, first, numbers, path, tally);
+                }
+                first
+            };
+        let first = follow(&mut numbers, known, (0.0, 0.0), &mut tally);
+        if let Some((Glare { fraction, .. }, offset)) = glare {
+            // (1 - f) own + f other, as f ((1 - f) / f own + other), so that both add to one tally.
+            tally.scale((1.0 - fraction) / fraction);
+            follow(&mut elsewhere, None, offset, &mut tally);
+            tally.scale(fraction);
         }
         Some(Traced { radiance: tally.radiance, first })
     }
@@ -252,12 +267,5 @@ impl Variant {
     fn sample(&self, proposals: &Arc<[Shader]>, pixel: &Pixel, index: u32, other: &Traced) -> Option<Vec3> {
         let known = self.same_first_hits[pixel.photo].then_some(other.first);
         self.scene.sample(proposals, pixel, index, known, &mut [], &mut []).map(|traced| traced.radiance)
-    }
-}
-
-impl View {
-    /// The camera ray through an image position in pixels.
-    fn ray(&self, x: f32, y: f32) -> Ray {
-        Ray { origin: self.camera.origin, direction: self.camera.direction(x, y), t_min: 0.0, t_max: f32::INFINITY }
     }
 }

@@ -27,6 +27,17 @@ pub struct Sampler {
     group: u32,
 }
 
+/// What takes its numbers aside.
+#[derive(Debug, Clone, Copy)]
+pub enum Aside {
+    /// Whether an object is there, and where glare comes from.
+    Choice,
+    /// The path that glare follows.
+    Glare,
+    /// Lights of intensity 0 whose derivative is wanted.
+    Dark,
+}
+
 impl PixelSampler {
     /// The sequence for a pixel of a photo; `half` 0 or 1 gives independent sequences.
     #[must_use]
@@ -47,6 +58,14 @@ impl PixelSampler {
 }
 
 impl Sampler {
+    /// Another sequence for the same sample, for decisions that must not shift this one's numbers; `which` tells
+    /// them apart.
+    #[must_use]
+    pub fn aside(&self, which: Aside) -> Self {
+        let salt = (which as u64 + 1).wrapping_mul(0x6a09_e667_f3bc_c909);
+        Self { scramble: fold(mix(u64::from(self.scramble) ^ salt)), index: self.index, group: 0 }
+    }
+
     /// The next four numbers, each in [0, 1).
     #[inline]
     pub fn next4(&mut self) -> [f32; 4] {
@@ -159,6 +178,14 @@ mod tests {
             assert!((mean(&|i| x[i] * x[i]) * 12.0 - 1.0).abs() < bound * 0.8f64.sqrt());
             assert!(mean(&|i| x[i] * x[i + 1] * 12.0).abs() < bound);
         }
+    }
+
+    #[test]
+    fn sequences_aside_are_others() {
+        let mut main = PixelSampler::new(1, 2, 3, 4, 0).sample(5);
+        let all = [Aside::Choice, Aside::Glare, Aside::Dark].map(|which| main.aside(which).next4());
+        let own = main.next4();
+        assert!(!all.contains(&own) && all[0] != all[1] && all[1] != all[2] && all[0] != all[2]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What the rays of one set of numbers meet. Sets that differ in little share the rest.
 
 use crate::camera::PhotoCamera;
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, places};
 use crate::light::{EnvironmentMap, PhotoLights};
 use crate::planes;
 use crate::shader::Shader;
@@ -14,6 +14,8 @@ use std::sync::Arc;
 /// Geometry, materials, and each photo's camera and lights.
 pub(crate) struct Scene {
     pub(crate) geometry: Arc<Geometry>,
+    /// Where an object was there for a part of the exposure: that part, and the geometry without it.
+    pub(crate) without: Option<(f32, Arc<Geometry>)>,
     pub(crate) shaders: Arc<[Shader]>,
     /// Index into `shaders` by object.
     pub(crate) shader_of: Arc<[usize]>,
@@ -81,11 +83,14 @@ impl Scene {
     /// # Errors
     /// As [`crate::Stage::prepare`].
     pub(crate) fn vary(&self, from: &Capture, to: &Capture, loaded: &Loaded) -> Result<Variant> {
-        let geometry = if from.objects == to.objects {
-            self.geometry.clone()
-        } else {
-            Arc::new(Geometry::new(to, &loaded.assets)?)
-        };
+        let (was, is) = (places(from, None), places(to, None));
+        let same_places = was == is;
+        let geometry =
+            if same_places { self.geometry.clone() } else { Arc::new(Geometry::new(to, &is, &loaded.assets)?) };
+        let without = without(to, &loaded.assets, same_places.then_some((from, self)))?;
+        let same_geometry = same_places
+            && without.as_ref().map(|(share, _)| share) == self.without.as_ref().map(|(share, _)| share)
+            && from.partly_present()? == to.partly_present()?;
         let moved: Vec<bool> = from.materials.iter().zip(&to.materials).map(|(a, b)| a != b).collect();
         let shaders = if moved.contains(&true) {
             let shader = |((material, moved), known): ((_, &bool), &Shader)| {
@@ -109,17 +114,39 @@ impl Scene {
                 Arc::new(View::new(to, is, loaded, &Plan::default())?)
             });
         }
-        let same_geometry = Arc::ptr_eq(&geometry, &self.geometry);
         let everywhere = !same_geometry || self.shader_of.iter().any(|shader| moved[*shader]);
         let differs =
             views.iter().zip(&self.views).map(|(is, was)| everywhere || !Arc::ptr_eq(is, was)).collect::<Vec<_>>();
         let same_first_hits = same_camera.iter().map(|camera| same_geometry && *camera).collect();
-        let scene = Self { geometry, shaders, shader_of: self.shader_of.clone(), views };
+        let scene = Self { geometry, without, shaders, shader_of: self.shader_of.clone(), views };
         Ok(Variant { scene, differs, same_first_hits })
     }
 }
 
-/// The lights that are on in a photo.
+/// The share of the exposure of the object that was there for a part of it, if one was, and the geometry without it.
+/// `near` is a scene, of another capture, whose objects are where this one's are.
+///
+/// # Errors
+/// As [`Geometry::new`]; two such objects.
+pub(crate) fn without(
+    capture: &Capture,
+    assets: &Assets,
+    near: Option<(&Capture, &Scene)>,
+) -> Result<Option<(f32, Arc<Geometry>)>> {
+    let Some(object) = capture.partly_present()? else { return Ok(None) };
+    let share = capture.objects[object].presence as f32;
+    if let Some((other, scene)) = near
+        && other.partly_present()? == Some(object)
+        && let Some((_, geometry)) = &scene.without
+    {
+        return Ok(Some((share, geometry.clone())));
+    }
+    let geometry = Geometry::new(capture, &places(capture, Some(object)), assets)?;
+    Ok(Some((share, Arc::new(geometry))))
+}
+
+/// The lights that shine in a photo.
 fn shining<'l>(lights: &'l [Light], photo: &'l Photo) -> impl Iterator<Item = &'l Light> {
-    lights.iter().filter(|light| photo.lights.as_ref().is_none_or(|on| on.contains(&light.name)))
+    let lit = lights.iter().filter(|light| !light.is_dark());
+    lit.filter(|light| photo.lights.as_ref().is_none_or(|on| on.contains(&light.name)))
 }

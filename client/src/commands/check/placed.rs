@@ -19,7 +19,7 @@ pub(super) struct Placed<'a> {
 impl<'a> Placed<'a> {
     /// `mesh` where `object` puts it.
     pub fn new(object: &'a Object, mesh: &'a Mesh) -> Self {
-        let m = &object.object_to_world;
+        let m = &object.placement();
         let place = |p: &[f32; 3]| {
             let p = p.map(f64::from);
             std::array::from_fn(|i| m[i][0] * p[0] + m[i][1] * p[1] + m[i][2] * p[2] + m[i][3])
@@ -59,7 +59,7 @@ impl<'a> Placed<'a> {
 
     /// Whether its pose turns left into right, and with it the winding.
     pub fn is_mirrored(&self) -> bool {
-        let m = &self.object.object_to_world;
+        let m = &self.object.placement();
         let column = |j: usize| [m[0][j], m[1][j], m[2][j]];
         dot(cross(column(0), column(1)), column(2)) < 0.0
     }

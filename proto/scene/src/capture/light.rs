@@ -1,6 +1,6 @@
 //! Lights: what illuminates a capture.
 
-use super::visit::{Range, Section, Visitor, colour, vector};
+use super::visit::{Range, Section, Visitor, colour, vector, vector_or};
 use crate::Result;
 
 /// The frame in which a light's position and direction are given.
@@ -22,6 +22,39 @@ pub struct Light {
     pub frame: Frame,
     /// What shines.
     pub kind: LightKind,
+    /// Where a point or a ball sends its light.
+    pub lobe: Lobe,
+}
+
+/// The factor max(0, cos a)^exponent on a lamp's intensity, a being the angle between an axis and the way the light
+/// leaves. At exponent 0 the factor is 1 everywhere, behind the lamp too.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lobe {
+    /// 0: the same to all sides; 1: a flat lamp that is not focused.
+    pub exponent: f64,
+    /// In the light's frame; need not be of unit length.
+    pub axis: [f64; 3],
+}
+
+impl Default for Lobe {
+    fn default() -> Self {
+        Self { exponent: 0.0, axis: AXIS }
+    }
+}
+
+const AXIS: [f64; 3] = [0.0, 0.0, 1.0];
+
+impl Lobe {
+    const EXPONENT: Range = Range { min: 0.0, max: 1000.0 };
+
+    fn describe(&mut self, v: &mut dyn Visitor) -> Result<()> {
+        v.number("lobe_exponent", &mut self.exponent, Self::EXPONENT, Some(0.0))?;
+        vector_or(v, "lobe_axis", &mut self.axis, &AXIS)?;
+        if self.axis.iter().map(|x| x * x).sum::<f64>() < 1e-24 {
+            return Err(v.refuse("lobe_axis", "has no length".to_owned(), "write the way the lamp points"));
+        }
+        Ok(())
+    }
 }
 
 /// The kinds of light of the capture format.
@@ -38,7 +71,7 @@ pub enum LightKind {
     Sphere {
         /// Centre, metres.
         position: [f64; 3],
-        /// Metres.
+        /// Metres; at 0 it acts as a point.
         radius: f64,
         /// Power per solid angle far away, linear RGB.
         intensity: [f64; 3],
@@ -94,6 +127,7 @@ impl Default for Light {
             name: String::new(),
             frame: Frame::World,
             kind: LightKind::Point { position: [0.0; 3], intensity: [1.0; 3] },
+            lobe: Lobe::default(),
         }
     }
 }
@@ -118,12 +152,14 @@ impl Section for Light {
         match &mut self.kind {
             LightKind::Point { position, intensity } => {
                 vector(v, "position", position)?;
-                colour(v, "intensity", intensity, Range::NON_NEGATIVE, None)
+                colour(v, "intensity", intensity, Range::NON_NEGATIVE, None)?;
+                self.lobe.describe(v)
             }
             LightKind::Sphere { position, radius, intensity } => {
                 vector(v, "position", position)?;
-                v.number("radius", radius, Range::POSITIVE, None)?;
-                colour(v, "intensity", intensity, Range::NON_NEGATIVE, None)
+                v.number("radius", radius, Range::NON_NEGATIVE, None)?;
+                colour(v, "intensity", intensity, Range::NON_NEGATIVE, None)?;
+                self.lobe.describe(v)
             }
             LightKind::Directional { direction, irradiance } => {
                 vector(v, "direction", direction)?;
@@ -138,6 +174,17 @@ impl Section for Light {
 }
 
 impl Light {
+    /// Whether it is a lamp (or parallel light) of intensity 0.
+    #[must_use]
+    pub fn is_dark(&self) -> bool {
+        match &self.kind {
+            LightKind::Point { intensity: light, .. }
+            | LightKind::Sphere { intensity: light, .. }
+            | LightKind::Directional { irradiance: light, .. } => *light == [0.0; 3],
+            LightKind::Map { .. } | LightKind::Constant { .. } => false,
+        }
+    }
+
     fn describe_environment(&mut self, v: &mut dyn Visitor) -> Result<()> {
         let (mut map, mut radiance) = match &self.kind {
             LightKind::Map { map, .. } => (Some(map.clone()).filter(|m| !m.is_empty()), None),

@@ -14,7 +14,7 @@ mod write;
 
 pub use camera::{Camera, CameraOverride};
 pub use freed::Freed;
-pub use light::{Frame, Light, LightKind};
+pub use light::{Frame, Light, LightKind, Lobe};
 pub use material::{Material, Model};
 pub use object::Object;
 pub use photo::{Photo, Role};
@@ -212,15 +212,34 @@ impl Capture {
                 }
             }
             let on = self.lights.iter().filter(|l| p.lights.as_ref().is_none_or(|on| on.contains(&l.name)));
-            if on.filter(|l| matches!(l.kind, LightKind::Map { .. } | LightKind::Constant { .. })).count() > 1 {
+            if on.filter(|l| matches!(l.kind, LightKind::Map { .. })).count() > 1 {
                 return refuse(
                     format!("photo.{}.lights", p.name()),
-                    "has two environment lights on".into(),
-                    "keep one environment per photo",
+                    "has two environment maps on".into(),
+                    "keep one map per photo; light of constant radiance may be beside it",
                 );
             }
         }
+        self.partly_present()?;
         self.free_parameters().map(|_| ())
+    }
+
+    /// Index of the object that was there for a part of the exposure only, if one was.
+    ///
+    /// # Errors
+    /// Two of them: their shares do not say for how long both were there.
+    pub fn partly_present(&self) -> Result<Option<usize>> {
+        let mut partly = self.objects.iter().enumerate().filter(|(_, o)| o.presence > 0.0 && o.presence < 1.0);
+        let first = partly.next();
+        if let (Some((_, a)), Some((_, b))) = (first, partly.next()) {
+            return Err(SceneError::new(
+                CAPTURE_FILE,
+                format!("is between 0 and 1, as is object.{}.presence", a.name),
+                "keep one object at most whose presence is neither 0 nor 1",
+            )
+            .at(format!("object.{}.presence", b.name)));
+        }
+        Ok(first.map(|(index, _)| index))
     }
 }
 

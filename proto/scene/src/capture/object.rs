@@ -1,6 +1,6 @@
 //! Objects: meshes placed in the world.
 
-use super::visit::{Section, Visitor};
+use super::visit::{Range, Section, Visitor, vector_or};
 use crate::Result;
 
 /// The 4x4 identity.
@@ -18,12 +18,67 @@ pub struct Object {
     pub material: String,
     /// Maps mesh coordinates to world coordinates; affine, row-major.
     pub object_to_world: [[f64; 4]; 4],
+    /// Correction of the pose: a shift, metres in world coordinates.
+    pub translation: [f64; 3],
+    /// Correction of the pose: a turn about the object's origin, as a rotation vector in world coordinates, radians.
+    pub rotation: [f64; 3],
+    /// Share of the exposure during which it was there, 0..=1.
+    pub presence: f64,
 }
 
 impl Default for Object {
     fn default() -> Self {
-        Self { name: String::new(), mesh: String::new(), material: String::new(), object_to_world: IDENTITY }
+        Self {
+            name: String::new(),
+            mesh: String::new(),
+            material: String::new(),
+            object_to_world: IDENTITY,
+            translation: [0.0; 3],
+            rotation: [0.0; 3],
+            presence: 1.0,
+        }
     }
+}
+
+impl Object {
+    /// Maps mesh coordinates to world coordinates, correction included: p = o + translation + R (object_to_world(q) - o),
+    /// with o the object's origin in the world.
+    #[must_use]
+    pub fn placement(&self) -> [[f64; 4]; 4] {
+        let mut m = self.object_to_world;
+        if self.rotation != [0.0; 3] {
+            let was = &self.object_to_world;
+            for (row, turned) in m.iter_mut().zip(turn(self.rotation)) {
+                for (j, entry) in row.iter_mut().take(3).enumerate() {
+                    *entry = (0..3).map(|k| turned[k] * was[k][j]).sum();
+                }
+            }
+        }
+        for (row, shift) in m.iter_mut().zip(self.translation) {
+            row[3] += shift;
+        }
+        m
+    }
+}
+
+/// The rotation matrix of a rotation vector (Rodrigues' formula).
+fn turn([x, y, z]: [f64; 3]) -> [[f64; 3]; 3] {
+    let angle2 = x * x + y * y + z * z;
+    let angle = angle2.sqrt();
+    // The factors of the cross product and of its square, by their series where the quotients would lose digits.
+    let (once, twice) = if angle < 1e-4 {
+        (1.0 - angle2 / 6.0, 0.5 - angle2 / 24.0)
+    } else {
+        (libm::sin(angle) / angle, (1.0 - libm::cos(angle)) / angle2)
+    };
+    let cross = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
+    let v = [x, y, z];
+    [0, 1, 2].map(|i| {
+        [0, 1, 2].map(|j| {
+            let unit = if i == j { 1.0 } else { 0.0 };
+            unit + once * cross[i][j] + twice * (v[i] * v[j] - unit * angle2)
+        })
+    })
 }
 
 /// The determinant of the upper left 3x3 part.
@@ -46,6 +101,8 @@ impl Section for Object {
                 "write an invertible affine matrix, row-major",
             ));
         }
-        Ok(())
+        vector_or(v, "translation", &mut self.translation, &[0.0; 3])?;
+        vector_or(v, "rotation", &mut self.rotation, &[0.0; 3])?;
+        v.number("presence", &mut self.presence, Range::UNIT, Some(1.0))
     }
 }

@@ -121,6 +121,11 @@ pub fn vector(v: &mut dyn Visitor, key: &str, value: &mut [f64; 3]) -> Result<()
     v.numbers(key, Numbers { values: value, suffixes: &XYZ, range: Range::ANY, default: None })
 }
 
+/// A point or direction that is `default` where the key is absent.
+pub fn vector_or(v: &mut dyn Visitor, key: &str, value: &mut [f64; 3], default: &[f64; 3]) -> Result<()> {
+    v.numbers(key, Numbers { values: value, suffixes: &XYZ, range: Range::ANY, default: Some(default) })
+}
+
 /// A table of `capture.toml`.
 pub trait Section {
     /// Shows every key to the visitor, in the order in which they are written.

@@ -1,9 +1,11 @@
 //! Lights: sampled towards (next-event estimation) and hit by chance (multiple importance sampling joins the two).
 
 mod environment;
+mod lobe;
 mod sphere;
 
 pub use environment::EnvironmentMap;
+use lobe::LampLobe;
 pub use sphere::SphereLight;
 
 use crate::affine::{affine, rgb};
@@ -22,6 +24,12 @@ pub struct Emission {
     pub derivative: Vec3,
 }
 
+impl Emission {
+    fn scaled(&self, factor: f32) -> Self {
+        Self { value: self.value * factor, derivative: self.derivative * factor }
+    }
+}
+
 /// One light sample as a point sees it.
 #[derive(Debug, Clone, Copy)]
 pub struct LightSample {
@@ -38,6 +46,7 @@ pub struct LightSample {
 /// One light of a photo, in world coordinates.
 pub struct PhotoLight {
     source: Source,
+    lobe: Option<LampLobe>,
     /// Which derivative plane its intensity, irradiance, radiance or scale belongs to.
     pub plane: PlaneIndex,
 }
@@ -57,7 +66,9 @@ pub struct PhotoLights {
     /// Indices of those that can be sampled towards. A constant environment cannot: a surface's own sampling is better.
     sampled: Vec<usize>,
     spheres: Vec<usize>,
-    environment: Option<usize>,
+    /// Of intensity 0: there only for their derivatives.
+    dark: Vec<usize>,
+    environments: Vec<usize>,
 }
 
 impl PhotoLight {
@@ -77,6 +88,9 @@ impl PhotoLight {
             LightKind::Point { position, intensity } => {
                 Source::Point { position: place(position), intensity: rgb(intensity) }
             }
+            LightKind::Sphere { position, radius: 0.0, intensity } => {
+                Source::Point { position: place(position), intensity: rgb(intensity) }
+            }
             LightKind::Sphere { position, radius, intensity } => {
                 Source::Sphere(SphereLight::new(place(position), *radius, rgb(intensity)))
             }
@@ -91,12 +105,26 @@ impl PhotoLight {
                 to_map: rotation.transpose().as_mat3(),
             },
         };
-        Some(Self { source, plane })
+        let lobe = LampLobe::new(&light.lobe, rotation);
+        Some(Self { source, lobe, plane })
     }
 
     /// A sample as seen from `point`; `None` where the light cannot reach it.
     #[inline]
     fn sample(&self, point: Vec3, u: Vec2) -> Option<LightSample> {
+        let sample = self.even_sample(point, u)?;
+        match &self.lobe {
+            None => Some(sample),
+            Some(lobe) => {
+                let factor = lobe.factor(-sample.direction);
+                (factor > 0.0).then(|| LightSample { emission: sample.emission.scaled(factor), ..sample })
+            }
+        }
+    }
+
+    /// As [`PhotoLight::sample`] for a light without a lobe.
+    #[inline]
+    fn even_sample(&self, point: Vec3, u: Vec2) -> Option<LightSample> {
         match &self.source {
             Source::Point { position, intensity } => {
                 let way = *position - point;
@@ -127,6 +155,23 @@ impl PhotoLight {
     }
 }
 
+impl PhotoLight {
+    /// An environment's light along `-direction`, its sampling density and plane.
+    fn light_from_afar(&self, direction: Vec3) -> Option<(Emission, f32, PlaneIndex)> {
+        match &self.source {
+            Source::Constant { radiance } => {
+                Some((Emission { value: *radiance, derivative: Vec3::ONE }, 0.0, self.plane))
+            }
+            Source::Map { map, scale, to_map } => {
+                let local = *to_map * direction;
+                let derivative = map.radiance(local);
+                Some((Emission { value: derivative * *scale, derivative }, map.pdf(local), self.plane))
+            }
+            _ => None,
+        }
+    }
+}
+
 impl PhotoLights {
     /// The lights that were on in `photo`; `plane_of` gives the derivative plane of a light's number.
     #[must_use]
@@ -141,8 +186,17 @@ impl PhotoLights {
             if photo.lights.as_ref().is_some_and(|on| !on.contains(&light.name)) {
                 continue;
             }
-            let Some(ready) = PhotoLight::new(light, photo, maps, plane_of(light)) else { continue };
+            let plane = plane_of(light);
+            if light.is_dark() && plane.is_none() {
+                continue;
+            }
+            let Some(ready) = PhotoLight::new(light, photo, maps, plane) else { continue };
             let index = this.lights.len();
+            if light.is_dark() {
+                this.dark.push(index);
+                this.lights.push(ready);
+                continue;
+            }
             match &ready.source {
                 Source::Point { .. } | Source::Directional { .. } => this.sampled.push(index),
                 Source::Sphere(_) => {
@@ -150,12 +204,12 @@ impl PhotoLights {
                     this.spheres.push(index);
                 }
                 Source::Map { map, .. } => {
-                    this.environment = Some(index);
+                    this.environments.push(index);
                     if map.can_be_sampled() {
                         this.sampled.push(index);
                     }
                 }
-                Source::Constant { .. } => this.environment = Some(index),
+                Source::Constant { .. } => this.environments.push(index),
             }
             this.lights.push(ready);
         }
@@ -177,6 +231,20 @@ impl PhotoLights {
         light.sample(point, u).map(|s| (s, light.plane))
     }
 
+    /// Number of lights of intensity 0 whose derivative is wanted.
+    #[inline]
+    #[must_use]
+    pub fn dark(&self) -> usize {
+        self.dark.len()
+    }
+
+    /// As [`PhotoLights::sample`], of the lights of intensity 0.
+    #[must_use]
+    pub fn sample_dark(&self, index: usize, point: Vec3, u: Vec2) -> Option<(LightSample, PlaneIndex)> {
+        let light = &self.lights[self.dark[index]];
+        light.sample(point, u).map(|s| (s, light.plane))
+    }
+
     /// The nearest sphere light on a ray closer than `limit`: distance and index.
     #[inline]
     #[must_use]
@@ -195,32 +263,21 @@ impl PhotoLights {
         nearest
     }
 
-    /// What sphere light `index` sends back along a ray that hit it, the density with which sampling from `origin` would
+    /// What sphere light `index` sends back along a ray of `direction` that hit it, the density with which sampling from `origin` would
     /// have chosen that direction, and its plane.
     #[must_use]
-    pub fn sphere_emission(&self, index: usize, origin: Vec3) -> Option<(Emission, f32, PlaneIndex)> {
+    pub fn sphere_emission(&self, index: usize, origin: Vec3, direction: Vec3) -> Option<(Emission, f32, PlaneIndex)> {
         let light = &self.lights[index];
-        match &light.source {
-            Source::Sphere(sphere) => Some((sphere.emission(), sphere.pdf(origin), light.plane)),
-            _ => None,
-        }
+        let Source::Sphere(sphere) = &light.source else { return None };
+        let even = sphere.emission();
+        let emission = light.lobe.as_ref().map_or(even, |lobe| even.scaled(lobe.factor(-direction)));
+        Some((emission, sphere.pdf(origin), light.plane))
     }
 
-    /// What arrives from infinity along `-direction`, the density with which sampling would have chosen it, its plane.
-    #[must_use]
-    pub fn environment(&self, direction: Vec3) -> Option<(Emission, f32, PlaneIndex)> {
-        let light = &self.lights[self.environment?];
-        match &light.source {
-            Source::Constant { radiance } => {
-                Some((Emission { value: *radiance, derivative: Vec3::ONE }, 0.0, light.plane))
-            }
-            Source::Map { map, scale, to_map } => {
-                let local = *to_map * direction;
-                let derivative = map.radiance(local);
-                Some((Emission { value: derivative * *scale, derivative }, map.pdf(local), light.plane))
-            }
-            _ => None,
-        }
+    /// What arrives from infinity along `-direction`: of each environment its light, the density with which sampling
+    /// would have chosen it, its plane.
+    pub fn environments(&self, direction: Vec3) -> impl Iterator<Item = (Emission, f32, PlaneIndex)> + '_ {
+        self.environments.iter().filter_map(move |index| self.lights[*index].light_from_afar(direction))
     }
 
     /// Direction towards the first light that comes from one place, for half angles.

@@ -73,6 +73,11 @@ impl Text {
         Stage::new(self.capture(), assets())
     }
 
+    /// One photo of the capture, `samples` in each half.
+    pub fn render(&self, samples: u32) -> Vec<f64> {
+        radiance(&self.stage().prepare(&[], &[]).unwrap(), samples)
+    }
+
     /// The columns of some names.
     pub fn columns(&self, names: &[&str]) -> Vec<Parameter> {
         let names: Vec<String> = names.iter().map(|n| (*n).to_owned()).collect();
@@ -124,9 +129,27 @@ pub fn plane(film: &TileFilm, plane: usize) -> Vec<f64> {
         .collect()
 }
 
+/// The radiance of photo 0, pixel by pixel, three channels each.
+pub fn radiance(prepared: &Prepared, samples: u32) -> Vec<f64> {
+    plane(&film(prepared, 0, samples, 0), 0)
+}
+
 /// The root of the mean square of the difference over that of `b`.
 pub fn distance(a: &[f64], b: &[f64]) -> f64 {
     let square = |x: f64| x * x;
     let change: f64 = a.iter().zip(b).map(|(a, b)| square(a - b)).sum();
     (change / b.iter().map(|b| square(*b)).sum::<f64>()).sqrt()
+}
+
+pub fn mean(a: &[f64]) -> f64 {
+    a.iter().sum::<f64>() / a.len() as f64
+}
+
+/// The world position at each pixel's centre.
+pub fn positions(text: &Text) -> Vec<[f64; 3]> {
+    let tile = Tile { x: 0, y: 0, width: SIDE, height: SIDE };
+    let pixels = PixelSet::from_flags(std::iter::repeat_n(true, tile.len()));
+    let prepared = text.stage().prepare(&[], &[]).unwrap();
+    let film = prepared.first_hits(0, tile, &pixels, &AtomicBool::new(false)).unwrap();
+    (0..tile.len()).map(|p| [5, 6, 7].map(|channel| f64::from(film.pixel(0, p)[channel]))).collect()
 }

@@ -3,5 +3,8 @@
 
 #![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
 
+mod camera;
 mod differences;
 mod fixture;
+mod lights;
+mod objects;

@@ -234,7 +234,6 @@ impl Scene {
             _ => &self.geometry,
         };
         let glare = view.camera.glare.map(|glare| (glare, glare.offset(choose(1), choose(2))));
-        let mut elsewhere = numbers.aside(Aside::Glare);
         let world =
             World { geometry, shaders: &self.shaders, proposals, shader_of: &self.shader_of, lights: &view.lights };
         found.fill(Vec3::ZERO);
@@ -255,7 +254,7 @@ impl Scene {
         if let Some((Glare { fraction, .. }, offset)) = glare {
             // (1 - f) own + f other, as f ((1 - f) / f own + other), so that both add to one tally.
             tally.scale((1.0 - fraction) / fraction);
-            follow(&mut elsewhere, None, offset, &mut tally);
+            follow(&mut numbers.aside(Aside::Glare), None, offset, &mut tally);
             tally.scale(fraction);
         }
         Some(Traced { radiance: tally.radiance, first })

@@ -3,6 +3,7 @@
 //! Every number of a capture has a dotted name (`material.shell.roughness`, `light.led.intensity.r`,
 //! `photo.03.gain`). A [`Parameter`] moves one number, or several in a fixed ratio.
 
+use crate::capture::effects::VARIATION;
 use crate::capture::visit::CROSSTALK;
 use crate::capture::{CAPTURE_FILE, Capture, Range, Sensor};
 use crate::{Result, SceneError};
@@ -156,7 +157,7 @@ impl Capture {
     }
 }
 
-/// The numbers one level below `name`: a colour's channels, a point's coordinates.
+/// The numbers one level below `name`: a colour's channels, a point's coordinates, a variation's coefficients.
 fn below<'n>(numbers: &'n BTreeMap<String, (f64, Range)>, name: &str) -> Vec<(&'n String, f64, Range)> {
     let order = |suffix: &str| match suffix {
         "r" | "x" | "k1" => 0,
@@ -172,6 +173,10 @@ fn below<'n>(numbers: &'n BTreeMap<String, (f64, Range)>, name: &str) -> Vec<(&'
         .iter()
         .filter_map(|(n, (v, r))| {
             let suffix = n.strip_prefix(name)?.strip_prefix('.')?;
+            // A material's only lists by index are its variations; elsewhere an index is a matrix's.
+            if name.starts_with("material.") && VARIATION.contains(&suffix) {
+                return Some((suffix.parse().ok()?, n, *v, *r));
+            }
             suffixes.contains(&suffix).then_some((order(suffix), n, *v, *r))
         })
         .collect();

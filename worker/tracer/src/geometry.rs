@@ -2,6 +2,7 @@
 
 use crate::affine::affine;
 use crate::bvh::{Bvh, Hit, Ray};
+use crate::extent::Extent;
 use glam::{DVec3, Vec3};
 use gonio_scene::capture::{CAPTURE_FILE, Object};
 use gonio_scene::{Assets, Capture, Result, SceneError};
@@ -10,6 +11,8 @@ use gonio_scene::{Assets, Capture, Result, SceneError};
 pub struct Geometry {
     bvh: Bvh,
     triangles: Vec<Triangle>,
+    /// By object.
+    extents: Vec<Extent>,
 }
 
 /// What shading needs of a triangle, together, because a hit reads all of it.
@@ -58,6 +61,7 @@ impl Geometry {
     /// A transform that takes vertices out of single precision's range; a mesh that was not loaded.
     pub fn new(capture: &Capture, places: &[Place], assets: &Assets) -> Result<Self> {
         let mut triangles = Vec::new();
+        let mut extents = vec![Extent::default(); capture.objects.len()];
         for (index, (object, place)) in capture.objects.iter().zip(places).enumerate() {
             let Some(place) = place else { continue };
             let refuse = |problem: String, mend: &str| {
@@ -68,6 +72,7 @@ impl Geometry {
                 .get(&object.mesh)
                 .ok_or_else(|| refuse(format!("mesh {} was not loaded", object.mesh), "load the capture's assets"))?;
             let pose = affine(place);
+            extents[index] = Extent::new(&pose, &mesh.positions);
             let linear = pose.matrix3;
             let cofactor = linear.inverse().transpose();
             let mirror = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
@@ -93,7 +98,7 @@ impl Geometry {
             }
         }
         let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.vertices).collect();
-        Ok(Self { bvh: Bvh::build(&corners), triangles })
+        Ok(Self { bvh: Bvh::build(&corners), triangles, extents })
     }
 
     /// The nearest triangle along a ray.
@@ -108,6 +113,13 @@ impl Geometry {
     #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.bvh.occluded(ray)
+    }
+
+    /// Where an object's bounding box lies.
+    #[inline]
+    #[must_use]
+    pub fn extent(&self, object: usize) -> &Extent {
+        &self.extents[object]
     }
 
     /// What lies at a hit.

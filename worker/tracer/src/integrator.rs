@@ -72,31 +72,6 @@ impl Tally<'_> {
     }
 }
 
-/// The shading frame at a surface.
-struct Basis {
-    x: Vec3,
-    y: Vec3,
-    z: Vec3,
-}
-
-impl Basis {
-    #[inline]
-    fn new(z: Vec3) -> Self {
-        let (x, y) = z.any_orthonormal_pair();
-        Self { x, y, z }
-    }
-
-    #[inline]
-    fn local(&self, v: Vec3) -> Vec3 {
-        Vec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
-    }
-
-    #[inline]
-    fn world(&self, v: Vec3) -> Vec3 {
-        self.x * v.x + self.y * v.y + self.z * v.z
-    }
-}
-
 /// Share of a strategy of density `own` beside one of density `other` (Veach 1997, power heuristic with exponent 2).
 #[inline]
 fn power(own: f32, other: f32) -> f32 {
@@ -146,9 +121,17 @@ pub fn trace<const SAME: bool>(
         let surface = world.geometry.surface(&h);
         let shader = &world.shaders[world.shader_of[surface.object]];
         let proposal = if SAME { shader } else { &world.proposals[world.shader_of[surface.object]] };
-        let basis = Basis::new(surface.normal);
-        let wo = basis.local(-ray.direction);
-        if wo.z <= 0.0 {
+        let local = shader.local(&surface, world.geometry);
+        let wo = local.basis.local(-ray.direction);
+        // The proposals' frame is their own: their normals may be others.
+        let other;
+        let (chooser, towards_chooser) = if SAME {
+            (&local, wo)
+        } else {
+            other = proposal.local(&surface, world.geometry);
+            (&other, other.basis.local(-ray.direction))
+        };
+        if towards_chooser.z <= 0.0 {
             return;
         }
         let differentiate = shader.freed && !carrier.derivatives.is_empty();
@@ -161,15 +144,15 @@ pub fn trace<const SAME: bool>(
         // `met` says that a path can come upon the light as well; `pick` is the chance that it was chosen.
         let mut direct = |light: Option<(LightSample, PlaneIndex)>, pick: f32, met: bool| {
             let Some((sample, plane)) = light else { return };
-            let wi = basis.local(sample.direction);
+            let wi = local.basis.local(sample.direction);
             if wi.z <= 0.0 {
                 return;
             }
             let mut slots = [Vec3::ZERO; MAX_SLOTS];
             let found = if differentiate {
-                shader.bsdf.evaluate_with_derivatives(wo, wi, &mut slots)
+                shader.evaluate_with_derivatives(&local, wo, wi, &mut slots)
             } else {
-                shader.bsdf.evaluate(wo, wi)
+                shader.evaluate(&local, wo, wi)
             };
             if found.value == Vec3::ZERO && !differentiate {
                 return;
@@ -181,7 +164,11 @@ pub fn trace<const SAME: bool>(
                 return;
             }
             let weight = if sample.pdf > 0.0 && met {
-                let pdf = if SAME { found.pdf } else { proposal.bsdf.evaluate(wo, wi).pdf };
+                let pdf = if SAME {
+                    found.pdf
+                } else {
+                    proposal.evaluate(chooser, towards_chooser, chooser.basis.local(sample.direction)).pdf
+                };
                 power(sample.pdf * pick, pdf) / (sample.pdf * pick)
             } else if sample.pdf > 0.0 {
                 1.0 / (sample.pdf * pick)
@@ -191,7 +178,7 @@ pub fn trace<const SAME: bool>(
             tally.add(&carrier, found.value * weight, &sample.emission, plane);
             if differentiate {
                 let factor = carrier.throughput * sample.emission.value * weight;
-                shader.scatter(&slots, factor, tally.derivatives);
+                shader.scatter(&local, wo, wi, &slots, factor, tally.derivatives);
             }
         };
         if all {
@@ -224,14 +211,17 @@ pub fn trace<const SAME: bool>(
             }
         }
 
-        let Some(wi) = proposal.bsdf.sample_direction(wo, [numbers[0], numbers[1], numbers[2]]) else { return };
+        let uniform = [numbers[0], numbers[1], numbers[2]];
+        let Some(drawn) = proposal.sample_direction(chooser, towards_chooser, uniform) else { return };
+        let leaving = chooser.basis.world(drawn);
+        let wi = if SAME { drawn } else { local.basis.local(leaving) };
         let mut slots = [Vec3::ZERO; MAX_SLOTS];
         let found = if differentiate {
-            shader.bsdf.evaluate_with_derivatives(wo, wi, &mut slots)
+            shader.evaluate_with_derivatives(&local, wo, wi, &mut slots)
         } else {
-            shader.bsdf.evaluate(wo, wi)
+            shader.evaluate(&local, wo, wi)
         };
-        let chosen = if SAME { found } else { proposal.bsdf.evaluate(wo, wi) };
+        let chosen = if SAME { found } else { proposal.evaluate(chooser, towards_chooser, drawn) };
         if chosen.pdf <= 0.0 {
             return;
         }
@@ -250,13 +240,12 @@ pub fn trace<const SAME: bool>(
             *derivative *= found.value * weight;
         }
         if differentiate {
-            shader.scatter(&slots, carrier.throughput * weight, carrier.derivatives);
+            shader.scatter(&local, wo, wi, &slots, carrier.throughput * weight, carrier.derivatives);
         }
         carrier.throughput *= found.value * weight;
         if carrier.throughput == Vec3::ZERO && carrier.derivatives.iter().all(|d| *d == Vec3::ZERO) {
             return;
         }
-        let leaving = basis.world(wi);
         ray = surface.ray(leaving, f32::INFINITY);
         hit = world.geometry.closest(&ray);
         arrival = Some((chosen.pdf, pick));

@@ -8,10 +8,12 @@
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 
 mod affine;
+mod basis;
 pub mod bsdf;
 pub mod bvh;
 mod camera;
 mod difference;
+mod extent;
 mod geometry;
 mod integrator;
 mod light;
@@ -21,6 +23,7 @@ mod render;
 mod sampler;
 mod scene;
 mod shader;
+mod surface_basis;
 
 pub use prepared::{Prepared, Stage};
 pub use render::TileTask;

@@ -1,5 +1,6 @@
 //! Materials: what a surface reflects.
 
+use super::effects::Effects;
 use super::visit::{Range, Section, Visitor, colour};
 use crate::Result;
 
@@ -10,6 +11,8 @@ pub struct Material {
     pub name: String,
     /// How it reflects.
     pub model: Model,
+    /// What it has beyond the plain model.
+    pub effects: Effects,
 }
 
 /// The reflectance models of the capture format.
@@ -66,7 +69,7 @@ impl Model {
 
 impl Default for Material {
     fn default() -> Self {
-        Self { name: String::new(), model: Model::Lambert { base_color: [0.5; 3] } }
+        Self { name: String::new(), model: Model::Lambert { base_color: [0.5; 3] }, effects: Effects::default() }
     }
 }
 
@@ -81,18 +84,19 @@ impl Section for Material {
             })?;
         }
         match &mut self.model {
-            Model::Lambert { base_color } => colour(v, "base_color", base_color, Range::UNIT, None),
+            Model::Lambert { base_color } => colour(v, "base_color", base_color, Range::UNIT, None)?,
             Model::Plastic { base_color, roughness, ior, energy_compensation } => {
                 colour(v, "base_color", base_color, Range::UNIT, None)?;
                 v.number("roughness", roughness, Range::UNIT, None)?;
                 v.number("ior", ior, Range::IOR, None)?;
-                v.flag("energy_compensation", energy_compensation, false)
+                v.flag("energy_compensation", energy_compensation, false)?;
             }
             Model::Conductor { roughness, eta, k } => {
                 v.number("roughness", roughness, Range::UNIT, None)?;
                 colour(v, "eta", eta, Range { min: 0.0, max: 100.0 }, None)?;
-                colour(v, "k", k, Range { min: 0.0, max: 100.0 }, None)
+                colour(v, "k", k, Range { min: 0.0, max: 100.0 }, None)?;
             }
         }
+        self.effects.describe(&self.model, v)
     }
 }

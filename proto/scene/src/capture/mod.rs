@@ -1,6 +1,7 @@
 //! The capture: a folder of measured data, known geometry and first guesses, as `capture.toml` describes it.
 
 pub mod camera;
+pub mod effects;
 pub mod freed;
 pub mod light;
 pub mod material;
@@ -13,6 +14,7 @@ pub mod visit;
 mod write;
 
 pub use camera::{Camera, CameraOverride};
+pub use effects::{Effects, NULL_STEP, VARIATIONS};
 pub use freed::Freed;
 pub use light::{Frame, Light, LightKind, Lobe};
 pub use material::{Material, Model};

@@ -30,7 +30,7 @@ pub struct HalfVector {
     /// Squared cosine between the half vector and the shading normal.
     cos2_h: f32,
     /// Squared sine of the same angle, from the components so that small angles keep their digits.
-    sin2_h: f32,
+    pub sin2_h: f32,
 }
 
 impl HalfVector {

@@ -10,10 +10,14 @@
 //! | `plastic` | [`plastic`] | `microfacet`, `fresnel`, `warp`; `boundary`, `reference`, `aliasing` and `table` once per material |
 //! | `conductor` | [`conductor`] | `microfacet`, `fresnel` |
 //!
+//! [`layered`] stands over these three: what a surface has beyond them, at a place of it. It is no variant of [`Bsdf`], so
+//! that plain surfaces run plain code.
+//!
 //! A new model is a file and a variant of [`Bsdf`]. Nothing here allocates after construction.
 
 pub mod conductor;
 pub mod lambert;
+pub mod layered;
 pub mod plastic;
 
 mod aliasing;
@@ -35,6 +39,7 @@ use glam::Vec3;
 pub use conductor::Conductor;
 pub use error::ParameterError;
 pub use lambert::Lambert;
+pub use layered::{Built, Core, Layered, Recipe, Site};
 pub use microfacet::ALPHA_FLOOR;
 pub use plastic::Plastic;
 

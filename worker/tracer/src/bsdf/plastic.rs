@@ -63,16 +63,8 @@ impl Plastic {
         let ggx = Ggx::new(check("roughness", roughness, 0.0, 1.0)?);
         let ior = check("ior", ior, 1.001, 10.0)?;
 
-        let (alpha, index) = (f64::from(ggx.alpha()), Dual::ior(f64::from(ior)));
-        let boundary = RoughBoundary::new(alpha, index.value);
-        let mean_transmittance = -boundary.mean_reflectance_outside() + 1.0;
-        let (transmittance, internal) = if energy_compensation {
-            let transmittance = AngularTable::smooth(|cos| -boundary.reflectance(cos) + 1.0);
-            (transmittance, -(mean_transmittance / index.square()) + 1.0)
-        } else {
-            let transmittance = AngularTable::linear(&reference::transmittances(alpha, index.value));
-            (transmittance, boundary.mean_reflectance_inside_as_reference())
-        };
+        let index = Dual::ior(f64::from(ior));
+        let Tables { transmittance, internal, mean_transmittance } = tables(ggx.alpha(), ior, energy_compensation);
         let base = Base::new(base_color, index, internal);
         let base_weight = base.value.element_sum() / 3.0 / FRAC_1_PI * mean_transmittance.value as f32;
         Ok(Self { ggx, ior, transmittance, base, base_weight })
@@ -141,6 +133,32 @@ impl Plastic {
         let diffuse = through_o * self.base_weight;
         (specular / (specular + diffuse)).clamp(LEAST_LOBE_PROBABILITY, 1.0 - LEAST_LOBE_PROBABILITY)
     }
+}
+
+/// What a boundary's roughness and index of refraction determine.
+#[derive(Clone, Debug)]
+pub(super) struct Tables {
+    /// By the cosine outside.
+    pub(super) transmittance: AngularTable,
+    /// The mean reflectance that the base sees.
+    pub(super) internal: Dual,
+    /// Cosine-weighted mean of the transmittance.
+    pub(super) mean_transmittance: Dual,
+}
+
+/// The tables of a boundary of GGX `alpha` over a medium of relative index `ior`: see [`Plastic`].
+pub(super) fn tables(alpha: f32, ior: f32, energy_compensation: bool) -> Tables {
+    let (alpha, index) = (f64::from(alpha), Dual::ior(f64::from(ior)));
+    let boundary = RoughBoundary::new(alpha, index.value);
+    let mean_transmittance = -boundary.mean_reflectance_outside() + 1.0;
+    let (transmittance, internal) = if energy_compensation {
+        let transmittance = AngularTable::smooth(|cos| -boundary.reflectance(cos) + 1.0);
+        (transmittance, -(mean_transmittance / index.square()) + 1.0)
+    } else {
+        let transmittance = AngularTable::linear(&reference::transmittances(alpha, index.value));
+        (transmittance, boundary.mean_reflectance_inside_as_reference())
+    };
+    Tables { transmittance, internal, mean_transmittance }
 }
 
 impl Base {

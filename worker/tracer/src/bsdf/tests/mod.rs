@@ -6,6 +6,7 @@ mod boundary;
 mod chi_square;
 mod derivatives;
 mod furnace;
+mod layered;
 mod reference;
 mod sampling;
 

@@ -14,21 +14,24 @@ pub struct Basis {
 }
 
 impl Basis {
-    /// The frame of a unit normal.
-    #[inline]
+    /// The frame of a unit normal, without a branch (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+    #[inline(always)]
     pub fn new(z: Vec3) -> Self {
-        let (x, y) = z.any_orthonormal_pair();
-        Self { x, y, z }
+        let sign = 1f32.copysign(z.z);
+        let a = -1.0 / (sign + z.z);
+        let b = z.x * z.y * a;
+        let x = Vec3::new(1.0 + sign * z.x * z.x * a, sign * b, -sign * z.x);
+        Self { x, y: Vec3::new(b, sign + z.y * z.y * a, -z.y), z }
     }
 
     /// A world direction in the frame.
-    #[inline]
+    #[inline(always)]
     pub fn local(&self, v: Vec3) -> Vec3 {
         Vec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
 
     /// A direction of the frame in the world.
-    #[inline]
+    #[inline(always)]
     pub fn world(&self, v: Vec3) -> Vec3 {
         self.x * v.x + self.y * v.y + self.z * v.z
     }

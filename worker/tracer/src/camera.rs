@@ -93,6 +93,12 @@ impl PhotoCamera {
         Ok(this)
     }
 
+    /// Whether rays of one image position differ.
+    #[must_use]
+    pub fn has_lens(&self) -> bool {
+        self.lens.is_some()
+    }
+
     /// The ray that reaches image position (x, y), in pixels, through the middle of the lens.
     #[inline]
     #[must_use]

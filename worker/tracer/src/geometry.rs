@@ -115,6 +115,23 @@ impl Geometry {
         self.bvh.occluded(ray)
     }
 
+    /// [`Geometry::closest`] for rays that start and run close together.
+    pub fn closest_packet(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.bvh.closest_packet(rays, hits);
+    }
+
+    /// [`Geometry::occluded`] for rays that start and run close together.
+    pub fn occluded_packet(&self, rays: &[Ray], blocked: &mut [bool]) {
+        self.bvh.occluded_packet(rays, blocked);
+    }
+
+    /// The object of a hit.
+    #[inline]
+    #[must_use]
+    pub fn object(&self, hit: &Hit) -> usize {
+        self.triangles[hit.triangle as usize].object as usize
+    }
+
     /// Where an object's bounding box lies.
     #[inline]
     #[must_use]
@@ -145,6 +162,9 @@ impl Geometry {
 const MARGIN: f32 = 24.0 * f32::EPSILON;
 
 impl Surface {
+    /// Nowhere.
+    pub const NONE: Self = Self { position: Vec3::ZERO, face: Vec3::ZERO, normal: Vec3::ZERO, object: 0, margin: 0.0 };
+
     /// A ray from just off the surface towards `direction`.
     #[inline]
     #[must_use]

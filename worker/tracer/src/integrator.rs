@@ -4,6 +4,10 @@
 //! Derivatives are detached: directions, densities and roulette are chosen from the current parameters and held fixed,
 //! so that d radiance / d parameter is the estimator with d f in place of f, at no extra ray.
 
+mod block;
+
+pub use block::{Paths, lights_blocks, trace_block};
+
 use crate::geometry::Geometry;
 use crate::light::{Emission, LightSample, PhotoLights};
 use crate::planes::PlaneIndex;
@@ -80,31 +84,54 @@ fn power(own: f32, other: f32) -> f32 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-/// Traces one path from a camera ray whose first hit, if it has one, is known; adds what it finds to `tally`.
+/// Where a path is before one of its surfaces.
+#[derive(Debug, Clone, Copy)]
+pub struct Start {
+    /// The way to it.
+    pub ray: Ray,
+    /// What the ray hits first.
+    pub hit: Option<Hit>,
+    /// Surfaces before.
+    pub bounce: u32,
+    /// What light found from here on is worth.
+    pub throughput: Vec3,
+    /// What the throughput would be if the proposals reflected; decides about roulette alone.
+    pub proposed: Vec3,
+    /// Density of the direction that led here and the share of each light in the choice at the last surface; a camera
+    /// ray competes with nothing.
+    pub arrival: Option<(f32, f32)>,
+    /// Groups of four numbers that the path has taken.
+    pub groups: u32,
+}
+
+impl Start {
+    /// A camera ray.
+    #[must_use]
+    pub fn camera(ray: Ray, hit: Option<Hit>) -> Self {
+        Self { ray, hit, bounce: 0, throughput: Vec3::ONE, proposed: Vec3::ONE, arrival: None, groups: 1 }
+    }
+}
+
+/// Traces one path from `start`; adds what it finds to `tally`. `sampler` stands behind the numbers that the path
+/// has taken.
 ///
 /// `scratch` is workspace of as many vectors as there are planes (none without derivatives); its content does not matter.
 ///
 /// `SAME` says that `world.proposals` are `world.shaders`.
 pub fn trace<const SAME: bool>(
     world: &World<'_>,
-    mut ray: Ray,
-    first: Option<Hit>,
-    sampler: &mut Sampler,
+    start: Start,
+    sampler: &mut Sampler<'_>,
     scratch: &mut [Vec3],
     tally: &mut Tally<'_>,
 ) {
     scratch.fill(Vec3::ZERO);
-    // What the throughput would be if the proposals reflected; decides about roulette alone.
-    let mut proposed = Vec3::ONE;
-    let mut carrier = Carrier { throughput: Vec3::ONE, derivatives: scratch };
-    let mut hit = first;
-    // Density of the direction that led here and the share of each light in the choice at the last surface; a camera ray
-    // competes with nothing.
-    let mut arrival: Option<(f32, f32)> = None;
+    let Start { mut ray, mut hit, mut proposed, mut arrival, .. } = start;
+    let mut carrier = Carrier { throughput: start.throughput, derivatives: scratch };
     // Lights of intensity 0 have no part in the radiance: their derivatives must not shift its numbers.
     let mut dark = (world.lights.dark() > 0 && !tally.derivatives.is_empty()).then(|| sampler.aside(Aside::Dark));
     let share = |arrival: Option<(f32, f32)>, pdf: f32| arrival.map_or(1.0, |(own, pick)| power(own, pdf * pick));
-    for bounce in 0u32.. {
+    for bounce in start.bounce.. {
         let limit = hit.map_or(f32::INFINITY, |h| h.t);
         if let Some((_, index)) = world.lights.sphere(ray.origin, ray.direction, limit) {
             if let Some((emission, pdf, plane)) = world.lights.sphere_emission(index, ray.origin, ray.direction) {

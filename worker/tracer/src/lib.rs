@@ -24,6 +24,7 @@ mod sampler;
 mod scene;
 mod shader;
 mod surface_basis;
+mod vectors;
 
 pub use prepared::{Prepared, Stage};
 pub use render::TileTask;

@@ -3,9 +3,9 @@
 use crate::bvh::{Hit, Ray};
 use crate::camera::Glare;
 use crate::difference::Difference;
-use crate::integrator::{Tally, World, trace};
+use crate::integrator::{Paths, Start, Tally, World, lights_blocks, trace, trace_block};
 use crate::prepared::Prepared;
-use crate::sampler::{Aside, PixelSampler, Sampler};
+use crate::sampler::{Aside, BLOCK, Block, PixelSampler, Sampler};
 use crate::scene::{Scene, Variant, View};
 use crate::shader::Shader;
 use glam::Vec3;
@@ -51,6 +51,16 @@ struct Buffers {
     sums: Vec<Vec3>,
     /// The samples that differences start from.
     middle: Vec<Traced>,
+    /// The samples that are traced together.
+    block: SampleBlock,
+}
+
+/// Successive samples of one pixel.
+struct SampleBlock {
+    numbers: Block,
+    rays: [Ray; BLOCK],
+    first: [Option<Hit>; BLOCK],
+    paths: Paths,
 }
 
 /// One sample of a pixel.
@@ -101,6 +111,12 @@ impl Prepared {
             found: vec![Vec3::ZERO; self.forward.planes.len()],
             sums: vec![Vec3::ZERO; 1 + self.planes()],
             middle: Vec::new(),
+            block: SampleBlock {
+                numbers: Block::new(),
+                rays: [Ray::NONE; BLOCK],
+                first: [None; BLOCK],
+                paths: Paths::NONE,
+            },
         };
         // Where no number moves what this photo sees, a difference is zero and costs nothing.
         let differences: Vec<_> = self.differences.iter().filter(|d| d.matters(task.photo)).collect();
@@ -129,24 +145,38 @@ impl Prepared {
         differences: &[&Difference],
         buffers: &mut Buffers,
     ) -> Option<u64> {
-        let Buffers { path, found, sums, middle } = buffers;
+        let Buffers { path, found, sums, middle, block } = buffers;
         let chosen = &proposals.scene.shaders;
         sums.fill(Vec3::ZERO);
         middle.clear();
         let kept = if differences.is_empty() { 0 } else { task.difference_samples() };
         let mut invalid = 0;
-        for index in task.samples.clone() {
-            let traced = self.scene.sample(chosen, pixel, index, None, path, found)?;
-            if middle.len() < kept {
-                middle.push(traced);
-            }
-            if traced.radiance.is_finite() && found.iter().all(|d| d.is_finite()) {
-                sums[0] += traced.radiance;
-                for (plane, derivative) in self.forward.planes.iter().zip(found.iter()) {
-                    sums[1 + plane] += *derivative;
+        for start in task.samples.clone().step_by(BLOCK) {
+            let count = (task.samples.end - start).min(BLOCK as u32) as usize;
+            let together = self.scene.block(chosen, pixel, start..start + count as u32, block, path, found)?;
+            for lane in 0..count {
+                let index = start + lane as u32;
+                let traced = match together {
+                    Together::Whole => Traced { radiance: block.paths.radiance[lane], first: block.first[lane] },
+                    Together::FirstHits => {
+                        let numbers = pixel.sampler.sample(index).from(&block.numbers, lane);
+                        self.scene.sample(chosen, pixel, numbers, Some(block.first[lane]), path, found)?
+                    }
+                    Together::Nothing => {
+                        self.scene.sample(chosen, pixel, pixel.sampler.sample(index), None, path, found)?
+                    }
+                };
+                if middle.len() < kept {
+                    middle.push(traced);
                 }
-            } else {
-                invalid += 1;
+                if traced.radiance.is_finite() && found.iter().all(|d| d.is_finite()) {
+                    sums[0] += traced.radiance;
+                    for (plane, derivative) in self.forward.planes.iter().zip(found.iter()) {
+                        sums[1 + plane] += *derivative;
+                    }
+                } else {
+                    invalid += 1;
+                }
             }
         }
         let scale = 1.0 / task.samples.len().max(1) as f32;
@@ -213,20 +243,83 @@ impl Prepared {
     }
 }
 
+/// What a block of samples has done together.
+#[derive(Clone, Copy)]
+enum Together {
+    /// Their paths, from camera to end.
+    Whole,
+    /// Their camera rays.
+    FirstHits,
+    Nothing,
+}
+
 impl Scene {
-    /// Traces sample `index` of a pixel along the paths that `proposals` choose. `known` is what its camera ray hits,
+    /// Traces samples of a pixel as far as they can go together, at most [`BLOCK`] of them: the same bits as one by one.
+    fn block(
+        &self,
+        proposals: &Arc<[Shader]>,
+        pixel: &Pixel,
+        samples: Range<u32>,
+        block: &mut SampleBlock,
+        path: &mut [Vec3],
+        found: &mut [Vec3],
+    ) -> Option<Together> {
+        let view = self.views.get(pixel.photo)?;
+        if self.without.is_some() {
+            return Some(Together::Nothing);
+        }
+        let SampleBlock { numbers, rays, first, paths } = block;
+        numbers.ready = 0;
+        numbers.fill(&pixel.sampler, samples.start, if view.camera.has_lens() { 4 } else { 2 });
+        let rays = &mut rays[..samples.len()];
+        let [x, y, u, v] = numbers.group(0);
+        for (lane, ray) in rays.iter_mut().enumerate() {
+            *ray = view.camera.ray(pixel.x as f32 + x[lane], pixel.y as f32 + y[lane], u[lane], v[lane]);
+        }
+        self.geometry.closest_packet(rays, first);
+        let hits = first.iter().take(rays.len()).any(Option::is_some);
+        if hits {
+            numbers.fill(&pixel.sampler, samples.start, 4);
+        }
+        let same = Arc::ptr_eq(proposals, &self.shaders);
+        if !same || !found.is_empty() || view.camera.glare.is_some() || !lights_blocks(&view.lights) {
+            if hits {
+                numbers.fill(&pixel.sampler, samples.start, 4);
+            }
+            return Some(Together::FirstHits);
+        }
+        let world = World {
+            geometry: &self.geometry,
+            shaders: &self.shaders,
+            proposals,
+            shader_of: &self.shader_of,
+            lights: &view.lights,
+        };
+        trace_block(&world, rays, first, numbers, paths);
+        for lane in 0..rays.len() {
+            if let Some(start) = paths.rest[lane] {
+                let mut own = pixel.sampler.sample(samples.start + lane as u32).from(numbers, lane);
+                (0..start.groups).for_each(|_| own.skip());
+                let mut tally = Tally { radiance: paths.radiance[lane], derivatives: found };
+                trace::<true>(&world, start, &mut own, path, &mut tally);
+                paths.radiance[lane] = tally.radiance;
+            }
+        }
+        Some(Together::Whole)
+    }
+
+    /// Traces a sample of a pixel, whose numbers are given, along the paths that `proposals` choose. `known` is what its camera ray hits,
     /// where that has been found out already. `found` receives the derivatives; both slices may be empty.
     fn sample(
         &self,
         proposals: &Arc<[Shader]>,
         pixel: &Pixel,
-        index: u32,
+        mut numbers: Sampler<'_>,
         known: Option<Option<Hit>>,
         path: &mut [Vec3],
         found: &mut [Vec3],
     ) -> Option<Traced> {
         let view = self.views.get(pixel.photo)?;
-        let mut numbers = pixel.sampler.sample(index);
         let mut choice = None;
         let mut choose = |which: usize| choice.get_or_insert_with(|| numbers.aside(Aside::Choice).next4())[which];
         let geometry = match &self.without {
@@ -239,14 +332,14 @@ impl Scene {
         found.fill(Vec3::ZERO);
         let mut tally = Tally { radiance: Vec3::ZERO, derivatives: found };
         let mut follow =
-            |numbers: &mut Sampler, known: Option<Option<Hit>>, (dx, dy): (f32, f32), tally: &mut Tally<'_>| {
+            |numbers: &mut Sampler<'_>, known: Option<Option<Hit>>, (dx, dy): (f32, f32), tally: &mut Tally<'_>| {
                 let [x, y, u, v] = numbers.next4();
                 let ray = view.camera.ray(pixel.x as f32 + x + dx, pixel.y as f32 + y + dy, u, v);
                 let first = known.unwrap_or_else(|| geometry.closest(&ray));
                 if Arc::ptr_eq(proposals, &self.shaders) {
-                    trace::<true>(&world, ray, first, numbers, path, tally);
+                    trace::<true>(&world, Start::camera(ray, first), numbers, path, tally);
                 } else {
-                    trace::<false>(&world, ray, first, numbers, path, tally);
+                    trace::<false>(&world, Start::camera(ray, first), numbers, path, tally);
                 }
                 first
             };
@@ -265,6 +358,8 @@ impl Variant {
     /// The radiance of a sample whose path in the other scene is known.
     fn sample(&self, proposals: &Arc<[Shader]>, pixel: &Pixel, index: u32, other: &Traced) -> Option<Vec3> {
         let known = self.same_first_hits[pixel.photo].then_some(other.first);
-        self.scene.sample(proposals, pixel, index, known, &mut [], &mut []).map(|traced| traced.radiance)
+        self.scene
+            .sample(proposals, pixel, pixel.sampler.sample(index), known, &mut [], &mut [])
+            .map(|traced| traced.radiance)
     }
 }

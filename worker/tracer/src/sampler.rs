@@ -6,6 +6,10 @@
 //! cost more than the shading, the numbers are counted through the hash pcg4d (Jarzynski & Olano 2020, "Hash Functions
 //! for GPU Rendering").
 
+mod block;
+
+pub use block::{BLOCK, Block, Lanes};
+
 use sobol_burley::sample_4d;
 
 /// Samples per scramble that the Sobol tables hold.
@@ -21,10 +25,12 @@ pub struct PixelSampler {
 
 /// The numbers of one sample, four at a time.
 #[derive(Debug, Clone, Copy)]
-pub struct Sampler {
+pub struct Sampler<'b> {
     scramble: u32,
     index: u32,
     group: u32,
+    /// Numbers that are there already, and this sample's lane among them.
+    block: Option<(&'b Block, usize)>,
 }
 
 /// What takes its numbers aside.
@@ -49,27 +55,43 @@ impl PixelSampler {
 
     /// The numbers of sample `index`.
     #[must_use]
-    pub fn sample(&self, index: u32) -> Sampler {
+    pub fn sample(&self, index: u32) -> Sampler<'static> {
         let pad = index / SEQUENCE;
         let scramble =
             if pad == 0 { self.scramble } else { fold(mix(u64::from(self.scramble) << 32 | u64::from(pad))) };
-        Sampler { scramble, index: index % SEQUENCE, group: 0 }
+        Sampler { scramble, index: index % SEQUENCE, group: 0, block: None }
     }
 }
 
-impl Sampler {
+impl<'b> Sampler<'b> {
+    /// The same numbers, read from a block, filled for the same pixel, whose sample `lane` this is.
+    #[must_use]
+    pub fn from(self, block: &'b Block, lane: usize) -> Self {
+        Self { block: Some((block, lane)), ..self }
+    }
+
+    /// Passes over four numbers.
+    #[inline]
+    pub fn skip(&mut self) {
+        self.group += 1;
+    }
+
     /// Another sequence for the same sample, for decisions that must not shift this one's numbers; `which` tells
     /// them apart.
     #[must_use]
     pub fn aside(&self, which: Aside) -> Self {
         let salt = (which as u64 + 1).wrapping_mul(0x6a09_e667_f3bc_c909);
-        Self { scramble: fold(mix(u64::from(self.scramble) ^ salt)), index: self.index, group: 0 }
+        Self { scramble: fold(mix(u64::from(self.scramble) ^ salt)), index: self.index, group: 0, block: None }
     }
 
     /// The next four numbers, each in [0, 1).
     #[inline]
     pub fn next4(&mut self) -> [f32; 4] {
-        let numbers = if self.group < SOBOL_GROUPS {
+        let numbers = if let Some((block, lane)) = self.block
+            && self.group < block.ready
+        {
+            block.group(self.group).map(|dimension| dimension[lane])
+        } else if self.group < SOBOL_GROUPS {
             sample_4d(self.index, self.group, self.scramble)
         } else {
             pcg4d([self.index, self.group, self.scramble, 0x9e37_79b9]).map(unit)

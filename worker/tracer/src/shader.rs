@@ -76,6 +76,12 @@ impl Shader {
         Ok(Self { bsdf, planes: slots, effects, freed })
     }
 
+    /// The model, where there are loops for it and nothing beyond it.
+    #[inline]
+    pub fn many(&self) -> Option<&Bsdf> {
+        (self.effects.is_none() && self.bsdf.has_many()).then_some(&self.bsdf)
+    }
+
     /// The shading frame, and what else the material needs to know, at a point.
     #[inline]
     pub fn local(&self, surface: &Surface, geometry: &Geometry) -> Local {

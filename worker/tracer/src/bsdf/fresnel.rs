@@ -3,14 +3,14 @@
 use glam::Vec3;
 
 /// Reflectance of a dielectric of relative index `ior > 1` at `cos` in `[0, 1]`.
-#[inline]
+#[inline(always)]
 pub fn dielectric(cos: f32, ior: f32) -> f32 {
     // Inlined, the derivative costs nothing; one formula gives one set of bits with and without it.
     dielectric_with_derivative(cos, ior).0
 }
 
 /// [`dielectric`] and its derivative with respect to `ior`.
-#[inline]
+#[inline(always)]
 pub fn dielectric_with_derivative(cos: f32, ior: f32) -> (f32, f32) {
     // `inside` is ior cos_t.
     let inside = (ior * ior - 1.0 + cos * cos).sqrt();

@@ -24,7 +24,7 @@ impl Lambert {
         Ok(Self { base_color: check_color("base_color", base_color, 0.0, 1.0)? })
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn evaluate(&self, wi: Vec3) -> Evaluation {
         Evaluation { value: self.base_color * (FRAC_1_PI * wi.z), pdf: warp::cosine_hemisphere_pdf(wi.z) }
     }
@@ -35,7 +35,7 @@ impl Lambert {
         self.evaluate(wi)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample_direction(&self, [_, u, v]: [f32; 3]) -> Vec3 {
         warp::cosine_hemisphere(Vec2::new(u, v))
     }

@@ -35,7 +35,7 @@ pub struct HalfVector {
 
 impl HalfVector {
     /// The geometry of `wo`, `wi`, unit vectors with positive z.
-    #[inline]
+    #[inline(always)]
     pub fn new(wo: Vec3, wi: Vec3) -> Self {
         let sum = wo + wi;
         let length2 = sum.length_squared();
@@ -77,7 +77,7 @@ impl Ggx {
     }
 
     /// The lobe's geometric value, and the density with which [`Self::sample_reflection`] draws `wi`.
-    #[inline]
+    #[inline(always)]
     pub fn lobe(&self, wo: Vec3, wi: Vec3, half: &HalfVector) -> Lobe {
         let density = self.density(half);
         let (mask_o, mask_i) = (self.stretched_length(wo.z), self.stretched_length(wi.z));
@@ -103,7 +103,7 @@ impl Ggx {
     ///
     /// Spherical caps (Dupuy & Benyoub 2023) with the cap cut where no reflection can rise above the horizon
     /// (Eto & Tokuyoshi 2023, "Bounded VNDF sampling for Smith-GGX reflections").
-    #[inline]
+    #[inline(always)]
     pub fn sample_reflection(&self, wo: Vec3, u: Vec2) -> Vec3 {
         let stretched = Vec3::new(self.alpha * wo.x, self.alpha * wo.y, wo.z);
         let view = stretched * (1.0 / self.stretched_length(wo.z));
@@ -113,21 +113,21 @@ impl Ggx {
     }
 
     /// Density of facet normals per solid angle.
-    #[inline]
+    #[inline(always)]
     fn density(&self, half: &HalfVector) -> f32 {
         let spread = half.sin2_h + self.alpha2 * half.cos2_h;
         self.alpha2 / (PI * spread * spread)
     }
 
     /// Length of a direction of this cosine after stretching its tangent by alpha: `G1 = 2 cos / (cos + length)`.
-    #[inline]
+    #[inline(always)]
     fn stretched_length(&self, cos: f32) -> f32 {
         let cos2 = cos * cos;
         (cos2 + self.alpha2 * (1.0 - cos2).max(0.0)).sqrt()
     }
 
     /// The factor by which bounded sampling shortens the cap, for alpha at most 1 (Eto & Tokuyoshi 2023, eq. 5).
-    #[inline]
+    #[inline(always)]
     fn cap_scale(&self, wo: Vec3) -> f32 {
         let s = 1.0 + (wo.x * wo.x + wo.y * wo.y).sqrt();
         let s2 = s * s;

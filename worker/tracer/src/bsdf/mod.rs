@@ -25,6 +25,7 @@ mod boundary;
 mod dual;
 mod error;
 mod fresnel;
+mod many;
 mod microfacet;
 mod quadrature;
 mod reference;
@@ -40,6 +41,7 @@ pub use conductor::Conductor;
 pub use error::ParameterError;
 pub use lambert::Lambert;
 pub use layered::{Built, Core, Layered, Recipe, Site};
+pub use many::Evaluations;
 pub use microfacet::ALPHA_FLOOR;
 pub use plastic::Plastic;
 

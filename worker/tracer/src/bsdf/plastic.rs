@@ -72,10 +72,20 @@ impl Plastic {
 
     #[inline]
     pub(super) fn evaluate(&self, wo: Vec3, wi: Vec3) -> Evaluation {
+        self.evaluate_through(wo, wi, self.through(wo.z), self.through(wi.z))
+    }
+
+    /// The boundary's transmittance at a cosine.
+    #[inline]
+    pub(super) fn through(&self, cos: f32) -> f32 {
+        self.transmittance.value(cos)
+    }
+
+    /// [`Self::evaluate`] where the transmittances at both cosines are known.
+    #[inline(always)]
+    pub(super) fn evaluate_through(&self, wo: Vec3, wi: Vec3, through_o: f32, through_i: f32) -> Evaluation {
         let half = HalfVector::new(wo, wi);
         let lobe = self.ggx.lobe(wo, wi, &half);
-        let through_o = self.transmittance.value(wo.z);
-        let through_i = self.transmittance.value(wi.z);
         let specular = lobe.value * fresnel::dielectric(half.cos_d, self.ior);
         Evaluation {
             value: self.base.value * (through_o * through_i * wi.z) + specular,
@@ -113,21 +123,31 @@ impl Plastic {
     #[inline]
     pub(super) fn sample_direction(&self, wo: Vec3, [choice, u, v]: [f32; 3]) -> Vec3 {
         let u = Vec2::new(u, v);
-        if choice < self.specular_probability(self.transmittance.value(wo.z)) {
+        if choice < self.specular_probability(self.through(wo.z)) {
             self.ggx.sample_reflection(wo, u)
         } else {
             warp::cosine_hemisphere(u)
         }
     }
 
-    #[inline]
+    /// [`Self::sample_direction`] where the transmittance is known, without a branch.
+    #[inline(always)]
+    pub(super) fn sample_through(&self, wo: Vec3, [choice, u, v]: [f32; 3], through_o: f32) -> Vec3 {
+        let u = Vec2::new(u, v);
+        let (mirrored, scattered) = (self.ggx.sample_reflection(wo, u), warp::cosine_hemisphere(u));
+        let mirror = choice < self.specular_probability(through_o);
+        let pick = |a: f32, b: f32| if mirror { a } else { b };
+        Vec3::new(pick(mirrored.x, scattered.x), pick(mirrored.y, scattered.y), pick(mirrored.z, scattered.z))
+    }
+
+    #[inline(always)]
     fn pdf(&self, lobe: &Lobe, through_o: f32, wi: Vec3) -> f32 {
         let specular = self.specular_probability(through_o);
         specular * lobe.pdf + (1.0 - specular) * warp::cosine_hemisphere_pdf(wi.z)
     }
 
     /// Chance of sampling the specular lobe: its share of the light reflected towards `wo`.
-    #[inline]
+    #[inline(always)]
     fn specular_probability(&self, through_o: f32) -> f32 {
         let specular = 1.0 - through_o;
         let diffuse = through_o * self.base_weight;

@@ -97,6 +97,32 @@ impl Bvh {
         }
     }
 
+    /// Whether each ray meets any triangle: the same as [`Bvh::occluded`], faster for rays as [`Bvh::closest_packet`]
+    /// wants them. Fills the elements of `blocked` that have a ray.
+    pub fn occluded_packet(&self, rays: &[Ray], blocked: &mut [bool]) {
+        for (rays, blocked) in rays.chunks(packet::PACKET).zip(blocked.chunks_mut(packet::PACKET)) {
+            if !self.occluded_coherent(rays, blocked) {
+                for (ray, blocked) in rays.iter().zip(blocked) {
+                    *blocked = self.occluded(ray);
+                }
+            }
+        }
+    }
+
+    /// As [`Bvh::closest_coherent`].
+    fn occluded_coherent(&self, rays: &[Ray], blocked: &mut [bool]) -> bool {
+        if rays.len() < packet::PACKET / 4 {
+            return false;
+        }
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx2) = self.avx2 {
+            // SAFETY: as in `closest`.
+            #[allow(unsafe_code)]
+            return unsafe { occluded_packet_avx2(avx2, &self.layout, rays, blocked) };
+        }
+        occluded_packet_portable(&self.layout, rays, blocked)
+    }
+
     /// False, and nothing done, where the rays are too few or too far apart to share a walk.
     fn closest_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> bool {
         if rays.len() < packet::PACKET / 4 {
@@ -130,6 +156,12 @@ fn packet_avx2(avx2: Avx2, layout: &Layout, rays: &[Ray], hits: &mut [Option<Hit
     packet::closest(avx2, &layout.nodes, &layout.leaves, layout.extent, rays, hits)
 }
 
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+fn occluded_packet_avx2(avx2: Avx2, layout: &Layout, rays: &[Ray], blocked: &mut [bool]) -> bool {
+    packet::occluded(avx2, &layout.nodes, &layout.leaves, layout.extent, rays, blocked)
+}
+
 // Kept out of line, so that the fast path above carries none of their registers.
 #[inline(never)]
 fn closest_portable(layout: &Layout, ray: &Ray) -> Option<Hit> {
@@ -144,4 +176,9 @@ fn occluded_portable(layout: &Layout, ray: &Ray) -> bool {
 #[inline(never)]
 fn packet_portable(layout: &Layout, rays: &[Ray], hits: &mut [Option<Hit>]) -> bool {
     packet::closest(Portable, &layout.nodes, &layout.leaves, layout.extent, rays, hits)
+}
+
+#[inline(never)]
+fn occluded_packet_portable(layout: &Layout, rays: &[Ray], blocked: &mut [bool]) -> bool {
+    packet::occluded(Portable, &layout.nodes, &layout.leaves, layout.extent, rays, blocked)
 }

@@ -221,3 +221,64 @@ pub(super) fn closest<L: Lanes>(
         }
     }
 }
+
+/// Whether each of at most [`PACKET`] rays hits anything; false, and nothing done, where they are not coherent.
+#[inline(always)]
+pub(super) fn occluded<L: Lanes>(
+    lanes: L,
+    nodes: &[Node],
+    leaves: &[f32],
+    extent: f32,
+    rays: &[Ray],
+    blocked: &mut [bool],
+) -> bool {
+    let Some(first) = rays.first().and_then(Frame::new) else { return false };
+    let mut frames = [first; PACKET];
+    for (frame, ray) in frames.iter_mut().zip(rays).skip(1) {
+        let Some(new) = Frame::new(ray) else { return false };
+        *frame = new;
+    }
+    let used = &frames[..rays.len().min(PACKET)];
+    let Some(envelope) = Envelope::new(lanes, used, extent) else { return false };
+    let bundle = Bundle::new(used);
+    let limits = lanes.splat(bundle.farthest());
+    // Rays that have hit nothing yet, as bits.
+    let mut open = (1u32 << used.len()) - 1;
+    let (mut stack, mut len) = (Stack::new(), Len::ZERO);
+    let mut index = 0;
+    'walk: loop {
+        let node = &nodes[index];
+        let mut bits = lanes.bits(envelope.enter(lanes, node, limits).1);
+        // The last first, so that children are visited in the order of their slots.
+        while bits != 0 {
+            let last = bits.ilog2();
+            stack.push_any(&mut len, (index * WIDTH) as u32 + last);
+            bits ^= 1 << last;
+        }
+        loop {
+            let Some(slot) = stack.pop_any(&mut len) else { break 'walk };
+            let (parent, lane) = (&nodes[slot as usize / WIDTH], slot as usize % WIDTH);
+            let child = Child(parent.children[lane]);
+            if !child.is_leaf() {
+                index = child.0 as usize;
+                break;
+            }
+            let leaf = Leaf::of(leaves, child);
+            let mut active = bundle.enter(lanes, parent, lane, envelope.backward) & open;
+            while active != 0 {
+                let i = active.trailing_zeros() as usize % PACKET;
+                active &= active - 1;
+                if triangle::occluded(lanes, &frames[i], leaf) {
+                    open &= !(1 << i);
+                }
+            }
+            if open == 0 {
+                break 'walk;
+            }
+        }
+    }
+    for (i, blocked) in blocked.iter_mut().enumerate().take(used.len()) {
+        *blocked = open >> i & 1 == 0;
+    }
+    true
+}

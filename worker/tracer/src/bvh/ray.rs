@@ -18,6 +18,11 @@ pub struct Ray {
     pub t_max: f32,
 }
 
+impl Ray {
+    /// A ray that hits nothing.
+    pub const NONE: Self = Self { origin: Vec3::ZERO, direction: Vec3::ZERO, t_min: 0.0, t_max: 0.0 };
+}
+
 /// Where a ray meets a triangle `[a, b, c]`: at `origin + t * direction`, which is `(1 - u - v) a + u b + v c`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {

@@ -59,6 +59,25 @@ enum Source {
     Map { map: Arc<EnvironmentMap>, scale: f32, to_map: Mat3 },
 }
 
+/// A light from one place or one direction, the same to all sides.
+#[derive(Debug, Clone, Copy)]
+pub enum Lamp {
+    /// World position, intensity.
+    Point {
+        /// World.
+        position: Vec3,
+        /// Power per solid angle.
+        intensity: Vec3,
+    },
+    /// From infinity.
+    Directional {
+        /// Unit direction towards the light.
+        towards: Vec3,
+        /// On a plane that faces it.
+        irradiance: Vec3,
+    },
+}
+
 /// The lights that were on in one photo.
 #[derive(Default)]
 pub struct PhotoLights {
@@ -229,6 +248,33 @@ impl PhotoLights {
     pub fn sample(&self, index: usize, point: Vec3, u: Vec2) -> Option<(LightSample, PlaneIndex)> {
         let light = &self.lights[self.sampled[index]];
         light.sample(point, u).map(|s| (s, light.plane))
+    }
+
+    /// Sampled light number `index`, where it needs no random number.
+    #[inline]
+    #[must_use]
+    pub fn lamp(&self, index: usize) -> Option<Lamp> {
+        let light = &self.lights[self.sampled[index]];
+        match light.source {
+            _ if light.lobe.is_some() => None,
+            Source::Point { position, intensity } => Some(Lamp::Point { position, intensity }),
+            Source::Directional { towards, irradiance } => Some(Lamp::Directional { towards, irradiance }),
+            _ => None,
+        }
+    }
+
+    /// Whether a ray can come upon a lamp.
+    #[inline]
+    #[must_use]
+    pub fn has_spheres(&self) -> bool {
+        !self.spheres.is_empty()
+    }
+
+    /// Whether light comes from infinity all around.
+    #[inline]
+    #[must_use]
+    pub fn has_environments(&self) -> bool {
+        !self.environments.is_empty()
     }
 
     /// Number of lights of intensity 0 whose derivative is wanted.

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
 
+mod blocks;
 mod camera;
 mod differences;
 mod fixture;

@@ -1,7 +1,7 @@
 //! Hierarchy, instruction set and packets never change a bit of a hit.
 
 use super::*;
-use crate::bvh::{closest_portable, occluded_portable, packet_portable};
+use crate::bvh::{closest_portable, occluded_packet_portable, occluded_portable, packet_portable};
 
 /// The definition: the nearest of all triangles, each tested by itself, the smaller index where two are equally near.
 fn one_by_one(alone: &[Bvh], ray: &Ray) -> Option<Hit> {
@@ -92,7 +92,15 @@ fn packets_find_what_single_rays_find() {
                 bvh.closest_packet(&rays, &mut hits);
                 let expected: Vec<Option<Hit>> = rays.iter().map(|ray| bvh.closest(ray)).collect();
                 assert_eq!(hits, expected, "spread {spread}, scale {scale}");
+                let mut blocked = vec![false; count];
+                bvh.occluded_packet(&rays, &mut blocked);
+                let any: Vec<bool> = expected.iter().map(Option::is_some).collect();
+                assert_eq!(blocked, any, "spread {spread}, scale {scale}");
 
+                let mut blocked = vec![false; count.min(16)];
+                if occluded_packet_portable(&bvh.layout, &rays[..count.min(16)], &mut blocked) {
+                    assert_eq!(blocked, any[..count.min(16)], "spread {spread}, scale {scale}");
+                }
                 let mut hits = vec![None; count.min(16)];
                 if packet_portable(&bvh.layout, &rays[..count.min(16)], &mut hits) {
                     shared += 1;

@@ -33,6 +33,9 @@ pub enum Command {
     /// Fit a capture's free parameters to its photographs and report the result
     #[command(after_help = EXIT_CODES)]
     Fit(FitArguments),
+    /// Show what the simulation of a capture gets wrong: name the cause, extend the model, measure the gain
+    #[command(after_help = EXIT_CODES)]
+    Diagnose(DiagnoseArguments),
     /// Validate a capture and everything that it names, and summarise it
     #[command(after_help = EXIT_CODES)]
     Check(CheckArguments),
@@ -109,6 +112,31 @@ pub struct FitArguments {
     /// Continue from checkpoint.json in DIR, with the same capture, start, solver and seed
     #[arg(long)]
     pub resume: bool,
+    /// Where to render.
+    #[command(flatten)]
+    pub farm: FarmArguments,
+}
+
+/// `gonio diagnose`.
+#[derive(Debug, Args)]
+pub struct DiagnoseArguments {
+    /// The capture's folder or its capture.toml
+    pub capture: PathBuf,
+    /// Folder to write diagnosis.json, capture.toml and report.html to; created if need be
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Most samples per pixel of any fit's iteration; even
+    #[arg(long, value_name = "MAX", default_value_t = 64, value_parser = samples)]
+    pub samples: u32,
+    /// Seed of every random number
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Smallest gain of interest, as a part of chi-square above the noise floor
+    #[arg(long, value_name = "PART", default_value_t = 0.02)]
+    pub smallest_gain: f64,
+    /// Effects to leave out of the catalogue, such as defocus,bumps
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    pub without: Vec<String>,
     /// Where to render.
     #[command(flatten)]
     pub farm: FarmArguments,

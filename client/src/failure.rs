@@ -2,6 +2,7 @@
 
 use crate::output::tell_error;
 use gonio::farm::FarmError;
+use gonio_diagnose::DiagnoseError;
 use gonio_fit::{EvaluateError, FitError};
 use gonio_scene::SceneError;
 use std::process::ExitCode;
@@ -67,6 +68,18 @@ impl From<FitError> for Failure {
             FitError::Cancelled => Self::Interrupted(error.to_string()),
             FitError::Answer { .. } => Self::Failed(error.to_string()),
             _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<DiagnoseError> for Failure {
+    fn from(error: DiagnoseError) -> Self {
+        match error {
+            DiagnoseError::Capture(error) => error.into(),
+            DiagnoseError::Fit(error) => error.into(),
+            DiagnoseError::Evaluate(error) => error.into(),
+            DiagnoseError::Cancelled => Self::Interrupted("interrupted".to_owned()),
+            DiagnoseError::Option { .. } => Self::Input(error.to_string()),
         }
     }
 }

@@ -19,6 +19,7 @@ fn main() -> ExitCode {
     let (result, json) = match Arguments::parse().command {
         Command::Render(arguments) => (commands::render::run(&arguments), arguments.farm.json),
         Command::Fit(arguments) => (commands::fit::run(&arguments), arguments.farm.json),
+        Command::Diagnose(arguments) => (commands::diagnose::run(&arguments), arguments.farm.json),
         Command::Check(arguments) => (commands::check::run(&arguments), arguments.json),
     };
     match result {

@@ -6,25 +6,36 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Every crate of the workspace with the crates of ours that it may depend on (tests and benchmarks included).
-const MAY_DEPEND_ON: [(&str, &[&str]); 8] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 9] = [
     ("gonio-scene", &[]),
     ("gonio-proto", &["gonio-scene"]),
     ("gonio-tracer", &["gonio-scene"]),
     ("gonio-fit", &["gonio-scene"]),
+    ("gonio-diagnose", &["gonio-scene", "gonio-fit"]),
     ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-tracer"]),
     ("gonio-coordinator", &["gonio-scene", "gonio-proto"]),
-    ("gonio", &["gonio-scene", "gonio-proto", "gonio-fit", "gonio-coordinator", "gonio-worker"]),
+    ("gonio", &["gonio-scene", "gonio-proto", "gonio-fit", "gonio-diagnose", "gonio-coordinator", "gonio-worker"]),
     (
         "gonio-tests",
-        &["gonio-scene", "gonio-proto", "gonio-tracer", "gonio-fit", "gonio-worker", "gonio-coordinator", "gonio"],
+        &[
+            "gonio-scene",
+            "gonio-proto",
+            "gonio-tracer",
+            "gonio-fit",
+            "gonio-diagnose",
+            "gonio-worker",
+            "gonio-coordinator",
+            "gonio",
+        ],
     ),
 ];
 
 /// Libraries that must not reach a crate, even through others: transport stays out of the domain, the tracer and the fit.
-const NEVER: [(&str, &[&str]); 3] = [
+const NEVER: [(&str, &[&str]); 4] = [
     ("gonio-scene", &["tokio", "tonic", "prost"]),
     ("gonio-tracer", &["tokio", "tonic", "prost"]),
     ("gonio-fit", &["tokio", "tonic", "prost"]),
+    ("gonio-diagnose", &["tokio", "tonic", "prost"]),
 ];
 
 fn metadata() -> serde_json::Value {

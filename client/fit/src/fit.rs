@@ -50,7 +50,7 @@ pub fn fit<'a>(
         held_out_photos: held_out.len(),
         resumed: options.resume.is_some(),
     };
-    let objective = Objective::new(capture, &space, fitted, options.seed, journal, evaluate, observer);
+    let objective = Objective::new(capture, &space, fitted, options, journal, evaluate, observer);
     let end = objective.tell(&started).and_then(|()| estimate(&objective, options));
     let mut result = match end {
         Ok(outcome) => conclude(&objective, capture, options, &outcome, &held_out)?,
@@ -173,5 +173,6 @@ fn summarise(
         correlations: uncertainty.as_ref().map(|u| u.correlations.clone()).unwrap_or_default(),
         warnings: uncertainty.as_ref().map(|u| warnings::about(space, &values, u)).unwrap_or_default(),
         loss_curve: iterations.iter().map(LossPoint::from).collect(),
+        photos: entry.photos.clone(),
     })
 }

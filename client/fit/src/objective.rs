@@ -7,7 +7,7 @@
 use crate::checkpoint::{Entry, Journal};
 use crate::event::Iteration;
 use crate::normal::count;
-use crate::{Evaluate, EvaluateError, FitError, FitEvent, Normal, Space};
+use crate::{Evaluate, EvaluateError, FitError, FitEvent, Normal, Options, Space};
 use argmin::core::{CostFunction, Error, Gradient};
 use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
 use std::cell::{Cell, RefCell};
@@ -27,6 +27,8 @@ pub(crate) struct Objective<'a> {
     capture: &'a Capture,
     photos: Vec<usize>,
     seed: u64,
+    /// Most samples per pixel of finite differences.
+    difference_samples: u32,
     /// Samples per pixel of [`CostFunction::cost`] and [`Gradient::gradient`].
     samples: Cell<u32>,
     /// Coordinate per unit of a solver's parameter, so that solvers without a metric of their own see a round bowl.
@@ -49,14 +51,23 @@ impl<'a> Objective<'a> {
         capture: &'a Capture,
         space: &'a Space,
         photos: Vec<usize>,
-        seed: u64,
+        options: &Options,
         journal: Journal,
         evaluate: &'a mut dyn Evaluate,
         observer: &'a mut Observer<'a>,
     ) -> Self {
         let inner = Inner { evaluate, observer, journal, iterations: Vec::new(), position: None, reason: None };
         let metric = RefCell::new(vec![1.0; space.len()]);
-        Self { space, capture, photos, seed, samples: Cell::new(2), metric, inner: RefCell::new(inner) }
+        Self {
+            space,
+            capture,
+            photos,
+            seed: options.seed,
+            difference_samples: options.difference_samples,
+            samples: Cell::new(2),
+            metric,
+            inner: RefCell::new(inner),
+        }
     }
 
     /// Sets what the next solver sees: samples per pixel and coordinates per unit of its parameters.
@@ -90,7 +101,7 @@ impl<'a> Objective<'a> {
             columns: if columns { self.space.columns(&values) } else { Vec::new() },
             photos: self.photos.clone(),
             samples,
-            difference_samples: 0,
+            difference_samples: self.difference_samples.min(samples),
             seed: self.seed,
             output: Output::Statistics,
         };
@@ -124,7 +135,7 @@ impl<'a> Objective<'a> {
             columns: Vec::new(),
             photos,
             samples,
-            difference_samples: 0,
+            difference_samples: self.difference_samples.min(samples),
             seed: self.seed,
             output: Output::Statistics,
         };

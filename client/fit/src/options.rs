@@ -76,6 +76,9 @@ pub struct Options {
     pub min_samples: u32,
     /// Samples per pixel that no iteration exceeds; even.
     pub max_samples: u32,
+    /// Samples per pixel of derivatives by finite differences (geometry), each of which costs one or two renders: a step's
+    /// direction needs fewer than the residual that it is judged by. Even; at most as many as an iteration takes.
+    pub difference_samples: u32,
     /// Iterations in all, restarts included; [`SolverName::usual_iterations`] where absent. At least 1.
     pub max_iterations: Option<u32>,
     /// The fit has converged when what its last step leaves is below this many standard errors; above 0, at most 1.
@@ -95,6 +98,7 @@ impl Default for Options {
             seed: 0,
             min_samples: 4,
             max_samples: 64,
+            difference_samples: 16,
             max_iterations: None,
             tolerance: 0.2,
             start: Vec::new(),
@@ -114,7 +118,11 @@ impl Options {
     /// Refuses what no fit can be done with.
     pub(crate) fn check(&self) -> Result<(), FitError> {
         let refuse = |option, value: String, mend: &str| Err(FitError::Option { option, value, mend: mend.to_owned() });
-        for (option, samples) in [("min_samples", self.min_samples), ("max_samples", self.max_samples)] {
+        for (option, samples) in [
+            ("min_samples", self.min_samples),
+            ("max_samples", self.max_samples),
+            ("difference_samples", self.difference_samples),
+        ] {
             if samples < 2 || samples % 2 != 0 {
                 return refuse(
                     option,

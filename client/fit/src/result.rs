@@ -39,6 +39,9 @@ pub struct FitResult {
     pub warnings: Vec<String>,
     /// The loss after each iteration.
     pub loss_curve: Vec<LossPoint>,
+    /// The fitted photos' statistics that all of this follows from, with the normal equations in physical units.
+    #[serde(skip)]
+    pub photos: Vec<PhotoStatistics>,
 }
 
 /// One parameter's estimate in physical units.
@@ -90,7 +93,8 @@ pub struct LossPoint {
 
 impl Score {
     /// The score of summed photos; `parameters` is how many were fitted to them.
-    pub(crate) fn new(total: &PhotoStatistics, parameters: usize) -> Self {
+    #[must_use]
+    pub fn new(total: &PhotoStatistics, parameters: usize) -> Self {
         let observations = count(total.observations).max(1.0);
         let mean_square = total.squared_error.max(0.0) / observations;
         let two_pi = libm::log(2.0 * std::f64::consts::PI);

@@ -1,6 +1,7 @@
 //! The subcommands, one file or folder each.
 
 pub mod check;
+pub mod diagnose;
 pub mod fit;
 pub mod render;
 
@@ -12,11 +13,30 @@ use gonio_scene::Capture;
 
 /// Opens the capture on the farm that the arguments name: embedded, or behind a URL.
 fn open(arguments: &FarmArguments, input: &Input) -> Result<OpenCapture, Failure> {
-    let farm = match &arguments.farm {
+    Ok(farm(arguments)?.open(&input.files)?)
+}
+
+/// The farm that the arguments name.
+fn farm(arguments: &FarmArguments) -> Result<Farm, Failure> {
+    Ok(match &arguments.farm {
         None => Farm::embedded(arguments.threads)?,
         Some(url) => Farm::connect(url)?,
-    };
-    Ok(farm.open(&input.files)?)
+    })
+}
+
+/// The command that was given, for reports.
+fn command() -> String {
+    std::env::args().map(|word| quoted(&word)).collect::<Vec<_>>().join(" ")
+}
+
+/// A word of the command as a shell reads it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
 }
 
 /// Pixels whose films are held in memory at once: 200 MB of them.
@@ -59,5 +79,13 @@ mod tests {
         let capture = Capture { camera, photos: vec![Photo::default(); 5], ..Capture::default() };
         assert_eq!(batches(&capture, &[4, 0, 1, 2, 3]), [vec![4, 0], vec![1, 2], vec![3]]);
         assert!(batches(&capture, &[]).is_empty());
+    }
+
+    #[test]
+    fn words_are_quoted_where_a_shell_needs_it() {
+        assert_eq!(quoted("--start"), "--start");
+        assert_eq!(quoted("a b"), "'a b'");
+        assert_eq!(quoted("it's"), "'it'\\''s'");
+        assert_eq!(quoted(""), "''");
     }
 }

@@ -1,7 +1,9 @@
 //! What a person or a program sees on stderr while a command runs: a bar, plain lines, or JSON events.
 
+mod diagnose;
 mod fit;
 
+pub use diagnose::DiagnoseConsole;
 pub use fit::FitConsole;
 
 use crate::output::tell_error;

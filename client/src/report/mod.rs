@@ -4,6 +4,8 @@
 //! as the reader's system is.
 
 mod chart;
+mod covariates;
+mod diagnosis;
 mod html;
 mod matrix;
 mod panel;
@@ -11,6 +13,7 @@ mod picture;
 mod summary;
 mod tables;
 
+pub use diagnosis::DiagnosisReport;
 pub use panel::Panel;
 
 use base64::Engine;
@@ -41,12 +44,6 @@ impl Report<'_> {
     /// The page.
     #[must_use]
     pub fn page(&self) -> String {
-        let style = format!("{STYLE}{}", matrix::style());
-        // The policy names the style by its digest, so that no style that a capture's text might smuggle in applies.
-        let digest = STANDARD.encode(Sha256::digest(style.as_bytes()));
-        let policy = format!(
-            "default-src 'none'; img-src data:; style-src 'sha256-{digest}'; base-uri 'none'; form-action 'none'"
-        );
         let name = escape(&self.result.capture);
         let body = [
             summary::section(self.result, self.panels),
@@ -58,14 +55,7 @@ impl Report<'_> {
             self.footer(),
         ]
         .concat();
-        format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta name=\"color-scheme\" content=\"light dark\">\n\
-             <title>Fit of {name}</title>\n<style>{style}</style>\n</head>\n<body>\n<main>\n\
-             <h1>Fit of {name}</h1>\n{body}</main>\n</body>\n</html>\n"
-        )
+        page(&format!("Fit of {name}"), &body)
     }
 
     fn footer(&self) -> String {
@@ -83,6 +73,23 @@ impl Report<'_> {
             result.seconds
         )
     }
+}
+
+/// A page of ours round `body`; `title` is HTML already.
+fn page(title: &str, body: &str) -> String {
+    let style = format!("{STYLE}{}", matrix::style());
+    // The policy names the style by its digest, so that no style that a capture's text might smuggle in applies.
+    let digest = STANDARD.encode(Sha256::digest(style.as_bytes()));
+    let policy =
+        format!("default-src 'none'; img-src data:; style-src 'sha256-{digest}'; base-uri 'none'; form-action 'none'");
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n\
+         <title>{title}</title>\n<style>{style}</style>\n</head>\n<body>\n<main>\n\
+         <h1>{title}</h1>\n{body}</main>\n</body>\n</html>\n"
+    )
 }
 
 #[cfg(test)]

@@ -91,6 +91,11 @@ impl Panel {
         })
     }
 
+    /// Addresses of the pictures of photograph, render and residual, and their size.
+    pub(super) fn pictures(&self) -> (&[String; 3], usize, usize) {
+        (&self.pictures, self.width, self.height)
+    }
+
     fn html(&self) -> String {
         let name = escape(&self.name);
         let exposure = if self.tone.encode {

@@ -4,6 +4,7 @@
 //! ascending order of samples, pixels of a tile in row order, tiles of a photo in row order. What arrives early waits.
 
 pub mod gram;
+mod limit;
 pub mod merge;
 pub mod prediction;
 pub mod recipe;

@@ -22,6 +22,7 @@
 //! are independent, hence E[((e_A + e_B) / 2)^2 (P_A - P_B)^2] = (e^2 + q / 2) 2 q: that product estimates it without bias.
 
 use super::gram::Gram;
+use super::limit::limit;
 use super::merge::MergedFilm;
 use super::prediction::{Prediction, predict};
 use super::recipe::Recipe;
@@ -78,18 +79,24 @@ fn compare_channel(
     let variances = VarianceMap::new(observed.tile, &own);
 
     let active = &recipe.channels[channel];
+    let mut columns: Vec<Vec<(f64, f64)>> = Vec::with_capacity(active.len());
+    for column in active {
+        let halves = |p: &Prediction| [film.pixel(0, p.pixel), film.pixel(1, p.pixel)];
+        let mut values: Vec<_> = predictions.iter().map(|p| p.column(channel, column, halves(p))).collect();
+        limit(observed.tile, predictions.iter().map(|p| p.index), &mut values);
+        columns.push(values);
+    }
     let mut gram = Gram::new(1 + active.len());
     let mut log_variance = LogSum::default();
-    for p in predictions {
+    for (row, p) in predictions.iter().enumerate() {
         let (value, measured, difference) = (p.value[channel], p.measured[channel], p.difference[channel]);
         let (sensor, render) = (observed.sensor.variance(value), variances.at(p.index));
         let w = weigh(sensor, render, peak).weight;
         let score = score(sensor, render, peak);
         let residual = value - measured;
-        let halves = [film.pixel(0, p.pixel), film.pixel(1, p.pixel)];
         gram.add(w, |i| match i.checked_sub(1) {
             None => (residual, 0.5 * difference),
-            Some(j) => p.column(channel, &active[j], halves),
+            Some(j) => columns[j][row],
         });
         let square = residual * residual;
         sums.observations += 1;

@@ -102,6 +102,7 @@ impl Plan {
     /// together with what needs an image.
     pub fn new(capture: &Capture, columns: &[Parameter]) -> Result<Self> {
         let mut plan = Self::default();
+        let scale = Scale::new(capture);
         for parameter in columns {
             let found = parameter.terms.iter().map(|t| source(capture, &t.number));
             let usual = found.collect::<Result<Vec<_>>>()?.into_iter();
@@ -123,7 +124,7 @@ impl Plan {
                 }
                 let plane = plan.plane(Plane::Difference {
                     terms: parameter.terms.clone(),
-                    step: parameter.step.unwrap_or_else(|| step(parameter)),
+                    step: parameter.step.unwrap_or_else(|| scale.step(parameter)),
                 });
                 vec![Contribution::Plane { plane, channel: None, factor: 1.0 }]
             } else {
@@ -208,38 +209,79 @@ fn split<'n>(capture: &Capture, number: &'n str) -> Option<(Owner, &'n str)> {
     }
 }
 
-/// How far a difference moves a parameter: a pixel's tenth to its half for what moves an image, large enough that
-/// single-precision rays resolve it, small enough that the image stays linear over it.
-fn step(parameter: &Parameter) -> f64 {
-    let name = parameter.name.as_str();
-    let last = name.rsplit('.').next().unwrap_or(name);
-    let second = name.rsplit('.').nth(1).unwrap_or("");
-    let span = parameter.terms.iter().map(|t| t.ratio.abs()).fold(0.0, f64::max).max(1e-12);
-    let own = match (second, last) {
-        (_, "fx" | "fy") => 0.002 * parameter.value.abs(),
-        (_, "cx" | "cy") => 0.2,
-        (_, "radius") => {
-            if parameter.value == 0.0 {
-                5e-3
-            } else {
-                0.05 * parameter.value.abs()
+/// What a pixel is in the scene, which finite differences of geometry are measured by.
+///
+/// The derivative of an image's edges lives in the samples that a step carries across them: with a step much below a pixel
+/// hardly any sample does, and its estimate is all noise; much above, the image is no longer linear over it.
+struct Scale {
+    /// Width of a pixel at the objects' mean distance from the cameras, in metres.
+    pixel: f64,
+    /// Focal length in pixels.
+    focal: f64,
+    /// Tangent of the angle between the axis and the image's corner.
+    corner: f64,
+}
+
+/// A step's displacement in the image, in pixels.
+const DISPLACEMENT: f64 = 0.4;
+/// An object's size in pixels, by which turning it is measured.
+const OBJECT: f64 = 50.0;
+
+impl Scale {
+    fn new(capture: &Capture) -> Self {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for photo in &capture.photos {
+            for object in &capture.objects {
+                let apart = |i: usize| photo.camera_to_world[i][3] - object.object_to_world[i][3];
+                sum += (apart(0).powi(2) + apart(1).powi(2) + apart(2).powi(2)).sqrt();
+                count += 1.0;
             }
         }
-        (_, "lobe_exponent") => 0.1 + 0.05 * parameter.value.abs(),
-        ("lobe_axis", _) => 5e-3,
-        ("translation", _) => 1e-4,
-        // Radiance is linear in these two: as far as their range goes.
-        (_, "presence") => parameter.value.max(1.0 - parameter.value),
-        (_, "glare_fraction") => 0.25,
-        (_, "glare_width") => 0.1 * parameter.value.abs(),
-        (_, "aperture_radius") => 2e-3,
-        (_, "focus_distance") => 0.02 * parameter.value.abs(),
-        ("position", _) => 5e-4,
-        ("direction", _) => 5e-3,
-        ("distortion", _) => 2e-3,
-        // A matrix entry: column 3 is a translation in metres, the others turn.
-        ("0" | "1" | "2", "3") => 1e-4,
-        _ => 1e-3,
-    };
-    own / span
+        let camera = &capture.camera;
+        let focal = 0.5 * (camera.fx + camera.fy);
+        let distance = if count > 0.0 && sum > 0.0 { sum / count } else { 1.0 };
+        let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+        Self { pixel: distance / focal, focal, corner: 0.5 * (width * width + height * height).sqrt() / focal }
+    }
+
+    fn step(&self, parameter: &Parameter) -> f64 {
+        let name = parameter.name.as_str();
+        let last = name.rsplit('.').next().unwrap_or(name);
+        let second = name.rsplit('.').nth(1).unwrap_or("");
+        let span = parameter.terms.iter().map(|t| t.ratio.abs()).fold(0.0, f64::max).max(1e-12);
+        let shift = DISPLACEMENT * self.pixel;
+        let own = match (second, last) {
+            (_, "fx" | "fy") => DISPLACEMENT * 0.01 * parameter.value.abs(),
+            (_, "cx" | "cy") => DISPLACEMENT,
+            (_, "radius") if parameter.value == 0.0 => 5.0 * shift,
+            (_, "radius") => 0.05 * parameter.value.abs(),
+            (_, "lobe_exponent") => 0.1 + 0.05 * parameter.value.abs(),
+            ("lobe_axis", _) => 5e-3,
+            ("translation", _) => shift,
+            ("rotation", _) => DISPLACEMENT / OBJECT,
+            // Radiance is linear in these two: as far as their range goes.
+            (_, "presence") => parameter.value.max(1.0 - parameter.value),
+            (_, "glare_fraction") => 0.25,
+            (_, "glare_width") => 0.1 * parameter.value.abs(),
+            (_, "aperture_radius") => 2e-3,
+            (_, "focus_distance") => 0.02 * parameter.value.abs(),
+            // A shadow moves less than the light that casts it.
+            ("position", _) => 3.0 * shift,
+            ("direction", _) => 2e-2,
+            ("distortion", _) => {
+                let power = match last {
+                    "k1" => 3,
+                    "k2" => 5,
+                    "k3" => 7,
+                    _ => 2,
+                };
+                DISPLACEMENT / (self.focal * self.corner.powi(power))
+            }
+            // A matrix entry: column 3 is a translation in metres, the others turn.
+            ("0" | "1" | "2", "3") => shift,
+            ("0" | "1" | "2", "0" | "1" | "2") => DISPLACEMENT / OBJECT,
+            _ => 1e-3,
+        };
+        own / span
+    }
 }

@@ -3,7 +3,7 @@
 use crate::parameter::Parameter;
 
 /// What a client asks for, besides the capture.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct EvaluationRequest {
     /// Numbers that differ from the capture's file, by dotted name.
     pub numbers: Vec<(String, f64)>,

@@ -2,7 +2,7 @@
 
 mod pictures;
 
-use super::open;
+use super::{command, open};
 use crate::arguments::FitArguments;
 use crate::failure::Failure;
 use crate::input::Input;
@@ -121,20 +121,10 @@ fn write_capture(fitted: &Capture, input: &Input, folder: &Folder) -> Result<(),
 }
 
 fn write_report(folder: &Folder, result: &FitResult, panels: &[Panel], samples: u32) -> Result<(), Failure> {
-    let command = std::env::args().map(|word| quoted(&word)).collect::<Vec<_>>().join(" ");
+    let command = command();
     let report = Report { result, panels, samples, command: &command, version: env!("CARGO_PKG_VERSION") };
     folder.write(REPORT, report.page().as_bytes())?;
     Ok(())
-}
-
-/// A word of the command as a shell reads it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
 }
 
 fn pretty(result: &FitResult) -> Result<String, Failure> {
@@ -158,17 +148,4 @@ fn conclude(result: &FitResult, folder: &Folder) {
         tell(&format!("warning: {warning}"));
     }
     tell(&format!("wrote {CAPTURE_FILE}, {RESULT}, {REPORT} to {}", folder.dir().display()));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::quoted;
-
-    #[test]
-    fn words_are_quoted_where_a_shell_needs_it() {
-        assert_eq!(quoted("--start"), "--start");
-        assert_eq!(quoted("a b"), "'a b'");
-        assert_eq!(quoted("it's"), "'it'\\''s'");
-        assert_eq!(quoted(""), "''");
-    }
 }

@@ -1,0 +1,86 @@
+//! Something beside the part that the capture does not list: it tints the light, casts a shadow or stands in the picture.
+//!
+//! Tried as an upright wall at several sides and distances, each by the whole difference that it would make (a Lambertian
+//! box, present or absent); the refit then moves, turns, sizes and colours the best.
+
+use super::{Direction, Effect, Family, Structure, Variant};
+use gonio_scene::capture::{Material, Model, Object};
+use std::f64::consts::PI;
+
+/// A box: x 0..1 (thickness), y -0.5..0.5 (width), z 0..1 (height).
+const BOX: &[u8] = b"ply
+format ascii 1.0
+element vertex 8
+property float x
+property float y
+property float z
+element face 6
+property list uchar int vertex_indices
+end_header
+0 -0.5 0
+1 -0.5 0
+1 0.5 0
+0 0.5 0
+0 -0.5 1
+1 -0.5 1
+1 0.5 1
+0 0.5 1
+4 0 3 2 1
+4 4 5 6 7
+4 0 1 5 4
+4 1 2 6 5
+4 2 3 7 6
+4 3 0 4 7
+";
+
+/// The catalogue's entry.
+pub const EFFECT: Effect = Effect {
+    name: "missing-object",
+    family: Family::Geometry,
+    looks: "tinted light, or a shadow, from one side of the part",
+    looks_like: &["ambient-light", "second-light"],
+    separate_by: "hang black cloth on that side",
+    variants: |context| {
+        let (centre, half) = context.part_box();
+        let reach = libm::hypot(half[0], half[1]);
+        let floor = centre[2] - half[2];
+        let wall = |index: usize, azimuth: f64, distance: f64| {
+            let name = format!("missing-{index}");
+            let (c, s) = (libm::cos(azimuth), libm::sin(azimuth));
+            let (thick, wide, high) = (0.1 * reach, 5.0 * reach, 3.5 * reach);
+            let object_to_world = [
+                [c * thick, -s * wide, 0.0, centre[0] + c * distance],
+                [s * thick, c * wide, 0.0, centre[1] + s * distance],
+                [0.0, 0.0, high, floor],
+                [0.0, 0.0, 0.0, 1.0],
+            ];
+            let object = Object {
+                name: name.clone(),
+                mesh: "missing-object.ply".to_owned(),
+                material: name.clone(),
+                object_to_world,
+                presence: 0.0,
+                ..Object::default()
+            };
+            let material =
+                Material { name: name.clone(), model: Model::Lambert { base_color: [0.5; 3] }, ..Material::default() };
+            let presence = Direction::growing(format!("object.{name}.presence"), 1.0).by_step(1.0);
+            let number = |key: &str| format!("object.{name}.{key}");
+            let mut variant =
+                Variant::of(format!("at {:.0} degrees, {distance:.3} m", azimuth.to_degrees()), vec![presence])
+                    .adding(Structure::Object(object, material, BOX));
+            variant.settings = vec![(number("presence"), 1.0)];
+            variant.free = vec![
+                format!("material.{name}.base_color"),
+                number("translation.x"),
+                number("translation.y"),
+                number("rotation.z"),
+            ];
+            variant
+                .searching(&[number("translation.x"), number("translation.y"), number("translation.z")], 0.5 * reach)
+                .searching(&[number("rotation.z")], 0.25)
+        };
+        let sides = (0..8).flat_map(|i| [2.5].map(|far| (PI / 4.0 * f64::from(i), far * reach)));
+        sides.enumerate().map(|(i, (azimuth, distance))| wall(i, azimuth, distance)).collect()
+    },
+};

@@ -1,0 +1,137 @@
+//! The judgement: both models on the photos that nothing has looked at until now.
+
+use crate::model::Model;
+use crate::workshop::{Observer, Workshop, evaluate, tell};
+use crate::{DiagnoseError, DiagnoseEvent, Options};
+use gonio_fit::{Evaluate, Score};
+use gonio_scene::capture::{CAPTURE_FILE, Light, Role};
+use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
+
+/// Samples per pixel of the judgement, as a multiple of the fit's: nothing else is rendered of these photos.
+const MORE: u32 = 2;
+
+/// Both models' scores on the held-out photos.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judgement {
+    /// The base model's.
+    pub before: Score,
+    /// The extended model's.
+    pub after: Score,
+    /// Mean gain in the logarithm of the predictive density of an observation, in nats.
+    pub log_density_gain: f64,
+    /// Its standard error by the scatter of the photos; absent with one photo.
+    pub standard_error: Option<f64>,
+}
+
+/// `model` with the photos of `whole` that it has not seen put back in their places.
+///
+/// # Errors
+/// A capture that the format refuses.
+pub fn with_held_out(model: &Model, whole: &Capture) -> Result<Capture, DiagnoseError> {
+    let mut capture = model.capture.clone();
+    let seen = std::mem::take(&mut capture.photos);
+    for photo in &whole.photos {
+        let mut photo = seen.iter().find(|p| p.name() == photo.name()).unwrap_or(photo).clone();
+        if let Some(on) = &mut photo.lights {
+            // Lights that the model has added shine in every photo.
+            let added = |l: &&Light| !whole.lights.iter().any(|w| w.name == l.name) && !on.contains(&l.name);
+            let names: Vec<String> = model.capture.lights.iter().filter(added).map(|l| l.name.clone()).collect();
+            on.extend(names);
+        }
+        capture.photos.push(photo);
+    }
+    Ok(Capture::parse(&capture.to_toml()?)?)
+}
+
+/// Scores both models; `None` where the capture holds no photo out.
+///
+/// # Errors
+/// A held-out photo that cannot be read, a farm that fails, a cancellation.
+pub fn judge(
+    base: &Model,
+    model: &Model,
+    whole: &Capture,
+    options: &Options,
+    workshop: &dyn Workshop,
+    observer: &mut Observer<'_>,
+) -> Result<Option<Judgement>, DiagnoseError> {
+    if !whole.photos.iter().any(|p| p.role == Role::HeldOut) {
+        return Ok(None);
+    }
+    tell(observer, &DiagnoseEvent::Stage { text: "judging on the held-out photos".to_owned() })?;
+    let before = statistics(base, whole, options, workshop, observer)?;
+    let after =
+        if model.parts.is_empty() { before.clone() } else { statistics(model, whole, options, workshop, observer)? };
+    let total = |photos: &[PhotoStatistics]| {
+        let mut sum = PhotoStatistics::default();
+        photos.iter().for_each(|p| sum.add(p));
+        sum
+    };
+    let (sum_before, sum_after) = (total(&before), total(&after));
+    let observations = (sum_before.observations as f64).max(1.0);
+    let density = |p: &PhotoStatistics| -0.5 * (p.log_variance + p.chi_square);
+    let gains: Vec<f64> = before.iter().zip(&after).map(|(b, a)| density(a) - density(b)).collect();
+    let (n, sum) = (gains.len() as f64, gains.iter().sum::<f64>());
+    let variance = gains.iter().map(|g| (g - sum / n).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    Ok(Some(Judgement {
+        before: Score::new(&sum_before, 0),
+        after: Score::new(&sum_after, 0),
+        log_density_gain: sum / observations,
+        standard_error: (gains.len() > 1).then(|| (n * variance).sqrt() / observations),
+    }))
+}
+
+/// The held-out photos' statistics under a model. Where the model gives every photo a gain of its own, so has each of
+/// these: the one number that it cannot predict is fitted to the photo before the photo is scored.
+fn statistics(
+    model: &Model,
+    whole: &Capture,
+    options: &Options,
+    workshop: &dyn Workshop,
+    observer: &mut Observer<'_>,
+) -> Result<Vec<PhotoStatistics>, DiagnoseError> {
+    let capture = with_held_out(model, whole)?;
+    let photos: Vec<usize> =
+        capture.photos.iter().enumerate().filter(|(_, p)| p.role == Role::HeldOut).map(|(i, _)| i).collect();
+    let mut farm = workshop.open(&capture, &model.files)?;
+    let mut request = EvaluationRequest {
+        photos: photos.clone(),
+        samples: MORE * options.samples,
+        seed: options.seed.wrapping_add(2),
+        output: Output::Statistics,
+        ..EvaluationRequest::default()
+    };
+    if model.parts.iter().any(|p| p.variant.of_photos) {
+        request.numbers = gains(&capture, &photos, &request, farm.as_mut(), observer)?;
+    }
+    Ok(evaluate(farm.as_mut(), &request, observer)?.photos)
+}
+
+fn gains(
+    capture: &Capture,
+    photos: &[usize],
+    request: &EvaluationRequest,
+    farm: &mut dyn Evaluate,
+    observer: &mut Observer<'_>,
+) -> Result<Vec<(String, f64)>, DiagnoseError> {
+    let names: Vec<String> = photos.iter().map(|i| format!("photo.{}.gain", capture.photos[*i].name())).collect();
+    let columns = capture.parameters(&names, &[])?;
+    let found = evaluate(farm, &EvaluationRequest { columns, ..request.clone() }, observer)?;
+    let side = 1 + names.len();
+    let range = capture.numbers();
+    names
+        .iter()
+        .zip(&found.photos)
+        .enumerate()
+        .map(|(i, (name, p))| {
+            let at = |r: usize, c: usize| p.gram.get(r * side + c).copied().unwrap_or(0.0);
+            let (value, range) = *range.get(name).ok_or_else(|| {
+                gonio_scene::SceneError::new(CAPTURE_FILE, "is no number of this capture", "report this")
+                    .at(name.as_str())
+            })?;
+            let curvature = at(1 + i, 1 + i);
+            let step = if curvature > 0.0 { -at(1 + i, 0) / curvature } else { 0.0 };
+            Ok((name.clone(), (value + step).clamp(range.min, range.max)))
+        })
+        .collect()
+}

@@ -1,0 +1,131 @@
+//! A model on its way: the capture with what was added to it, fitted to the photos that are not held out.
+
+use crate::cross;
+use crate::effects::{Effect, Variant};
+use crate::workshop::{Observer, Workshop, evaluate};
+use crate::{DiagnoseError, DiagnoseEvent};
+use gonio_fit::{FitError, FitResult, Options, Space};
+use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
+use std::ops::ControlFlow;
+
+/// An effect that is part of a model.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// The effect.
+    pub effect: &'static Effect,
+    /// How it is present.
+    pub variant: Variant,
+}
+
+/// A fitted model.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// The capture at the fitted values, without held-out photos.
+    pub capture: Capture,
+    /// Files that its effects brought.
+    pub files: Vec<(String, &'static [u8])>,
+    /// Its effects, in the order in which they were added.
+    pub parts: Vec<Part>,
+    /// The fit.
+    pub fit: FitResult,
+    /// Each photo's chi-square when fitted to the others.
+    pub left_out: Vec<f64>,
+}
+
+impl Model {
+    /// Fits a capture.
+    ///
+    /// # Errors
+    /// A fit that fails or is cancelled.
+    pub fn fit(
+        capture: Capture,
+        files: Vec<(String, &'static [u8])>,
+        parts: Vec<Part>,
+        options: &Options,
+        workshop: &dyn Workshop,
+        observer: &mut Observer<'_>,
+    ) -> Result<Self, DiagnoseError> {
+        let mut farm = workshop.open(&capture, &files)?;
+        let mut stopped = false;
+        let fit = gonio_fit::fit(&capture, farm.as_mut(), options, &mut |event| {
+            let flow = observer(&DiagnoseEvent::Fit { fit: event.clone() });
+            stopped |= flow == ControlFlow::Break(());
+            flow
+        });
+        if stopped || matches!(fit, Err(FitError::Cancelled)) {
+            return Err(DiagnoseError::Cancelled);
+        }
+        let mut fit = fit?;
+        let capture = fit.apply(&capture)?;
+        if fit.samples < options.max_samples {
+            // Chi-squares compare only between equal samples, and a fit may end with fewer.
+            let request = EvaluationRequest {
+                columns: Space::new(&capture, &[])?
+                    .columns(&fit.parameters.iter().map(|p| p.value).collect::<Vec<_>>()),
+                photos: (0..capture.photos.len()).collect(),
+                samples: options.max_samples,
+                difference_samples: options.difference_samples,
+                seed: options.seed,
+                numbers: fitted_numbers(&capture)?,
+                output: Output::Statistics,
+            };
+            fit.photos = evaluate(farm.as_mut(), &request, observer)?.photos;
+        }
+        let left_out = left_out(&capture, &fit, &fit.photos);
+        Ok(Self { capture, files, parts, fit, left_out })
+    }
+
+    /// Pixels times channels of the fitted photos.
+    #[must_use]
+    pub fn observations(&self) -> u64 {
+        self.fit.fit.observations
+    }
+
+    /// Largest value among the fitted photos.
+    #[must_use]
+    pub fn peak(&self) -> f64 {
+        self.fit.photos.iter().map(|p| p.peak).fold(0.0, f64::max)
+    }
+
+    /// Chi-square per degree of freedom that noise alone would give: above 1 as far as the render's noise, which a pixel's
+    /// channels share, adds to the sensor's.
+    #[must_use]
+    pub fn dispersion(&self) -> f64 {
+        1.0 + 2.0 * gonio_fit::Normal::new(&self.fit.photos, &[]).render_share()
+    }
+
+    /// Chi-square per observation of the fitted photos, at the samples that models are compared with.
+    #[must_use]
+    pub fn reduced_chi_square(&self) -> f64 {
+        self.fit.photos.iter().map(|p| p.chi_square).sum::<f64>() / (self.observations() as f64).max(1.0)
+    }
+
+    /// Decrease of left-out chi-square per observation from `before`, and its standard error.
+    #[must_use]
+    pub fn gain_over(&self, before: &[f64]) -> (f64, f64) {
+        cross::gain(before, &self.left_out, self.observations())
+    }
+
+    /// Each photo's chi-square when fitted to the others, from other statistics at this model's values, whose first
+    /// columns are its own.
+    #[must_use]
+    pub fn left_out_of(&self, photos: &[PhotoStatistics]) -> Vec<f64> {
+        left_out(&self.capture, &self.fit, photos)
+    }
+}
+
+/// The values of what a capture frees, as numbers of a request.
+fn fitted_numbers(capture: &Capture) -> Result<Vec<(String, f64)>, DiagnoseError> {
+    let parameters = capture.free_parameters()?;
+    Ok(parameters.iter().flat_map(|p| p.numbers(p.value).collect::<Vec<_>>()).collect())
+}
+
+fn left_out(capture: &Capture, fit: &FitResult, photos: &[PhotoStatistics]) -> Vec<f64> {
+    let own = |column: usize, photo: usize| {
+        let name =
+            fit.photos.get(photo).and_then(|p| capture.photos.get(p.photo)).map(gonio_scene::capture::Photo::name);
+        let prefix = name.map(|n| format!("photo.{n}."));
+        prefix.is_some_and(|p| fit.parameters.get(column).is_some_and(|e| e.name.starts_with(&p)))
+    };
+    cross::left_out(photos, fit.parameters.len(), &own)
+}

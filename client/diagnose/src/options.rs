@@ -1,0 +1,93 @@
+//! How a diagnosis is to be done.
+
+use crate::DiagnoseError;
+use crate::effects::{CATALOGUE, Effect};
+
+/// Options of [`crate::diagnose`].
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Seed of every random number.
+    pub seed: u64,
+    /// Most samples per pixel of a fit's iterations, and of the score pass; even.
+    pub samples: u32,
+    /// Samples per pixel of the score pass' finite differences; even.
+    pub difference_samples: u32,
+    /// Smallest gain of interest: part of the base model's held-out chi-square above the noise floor.
+    pub smallest_gain: f64,
+    /// Chance, per capture, to name an effect where there is none.
+    pub false_alarms: f64,
+    /// Effects that are fitted after each ranking, at most.
+    pub shortlist: usize,
+    /// Effects that a model is extended by, at most.
+    pub most_effects: usize,
+    /// Effects that are left out of the catalogue.
+    pub without: Vec<String>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            samples: 64,
+            difference_samples: 8,
+            smallest_gain: 0.02,
+            false_alarms: 0.05,
+            shortlist: 3,
+            most_effects: 2,
+            without: Vec::new(),
+        }
+    }
+}
+
+impl Options {
+    /// The effects to consider.
+    ///
+    /// # Errors
+    /// A name to leave out that is no effect's, a number out of range.
+    pub(crate) fn effects(&self) -> Result<Vec<&'static Effect>, DiagnoseError> {
+        let refuse = |option, value: String, mend| Err(DiagnoseError::Option { option, value, mend });
+        if let Some(unknown) = self.without.iter().find(|n| !CATALOGUE.iter().any(|e| e.name == **n)) {
+            return refuse("without", unknown.clone(), "name effects of the catalogue");
+        }
+        if !(self.smallest_gain > 0.0 && self.smallest_gain < 1.0) {
+            return refuse("smallest-gain", self.smallest_gain.to_string(), "write a part between 0 and 1");
+        }
+        if !(self.false_alarms > 0.0 && self.false_alarms < 0.5) {
+            return refuse("false-alarms", self.false_alarms.to_string(), "write a chance between 0 and 0.5");
+        }
+        Ok(CATALOGUE.iter().filter(|e| !self.without.iter().any(|n| n == e.name)).copied().collect())
+    }
+
+    /// Samples per pixel of score passes and of the fits that are compared with each other.
+    pub(crate) fn search_samples(&self) -> u32 {
+        self.samples.min(32)
+    }
+
+    /// How the base is fitted: from its first guesses.
+    pub(crate) fn base_fit(&self) -> gonio_fit::Options {
+        gonio_fit::Options {
+            seed: self.seed,
+            min_samples: self.samples.min(4),
+            max_samples: self.samples,
+            difference_samples: self.difference_samples.min(self.samples),
+            ..gonio_fit::Options::default()
+        }
+    }
+
+    /// How an extension is fitted, from near its optimum and only to be compared.
+    pub(crate) fn refit(&self) -> gonio_fit::Options {
+        let samples = self.search_samples();
+        gonio_fit::Options {
+            min_samples: samples.min(8),
+            max_samples: samples,
+            difference_samples: samples.min(8),
+            max_iterations: Some(10),
+            ..self.base_fit()
+        }
+    }
+
+    /// How the extended model is fitted in the end, from its own optimum at fewer samples.
+    pub(crate) fn last_fit(&self) -> gonio_fit::Options {
+        gonio_fit::Options { min_samples: self.search_samples(), max_iterations: Some(12), ..self.base_fit() }
+    }
+}

@@ -1,0 +1,136 @@
+//! The score test: how much an effect would lower chi-square if it were added, and by how much of it, from derivatives at
+//! the null alone (Rao 1948; expected parameter change: Sorbom 1989).
+
+use crate::probe::{Candidate, Probe};
+use crate::quadratic::Quadratic;
+use gonio_scene::PhotoStatistics;
+use nalgebra::DVector;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// What the derivatives at the null say about one candidate.
+#[derive(Debug, Clone)]
+pub struct Score {
+    /// Index into [`Probe::candidates`].
+    pub candidate: usize,
+    /// Decrease of the fitted photos' chi-square that it promises, over the noise's own dispersion: chi-square distributed
+    /// with `freedom` degrees where the effect is absent.
+    pub score: f64,
+    /// Directions that the data determine.
+    pub freedom: usize,
+    /// Chance of such a score where the effect is absent.
+    pub p_value: f64,
+    /// Decrease of chi-square per observation on photos left out one at a time: what survives overfitting.
+    pub cross_gain: f64,
+    /// Its standard error, from the photos' scatter.
+    pub cross_error: f64,
+    /// Expected change of each direction from its null, in its own unit.
+    pub change: Vec<f64>,
+    /// The same in the power that is scored.
+    pub raw: DVector<f64>,
+}
+
+/// Scores every candidate of a probe from the per-photo statistics of its evaluation.
+///
+/// `dispersion` is what chi-square per degree of freedom would be without any effect.
+#[must_use]
+pub fn scores(probe: &Probe, photos: &[PhotoStatistics], dispersion: f64) -> Vec<Score> {
+    let observations: u64 = photos.iter().map(|p| p.observations).sum();
+    let all = probe.candidates.iter().enumerate();
+    all.filter_map(|(index, c)| score(index, c, probe.own, photos, dispersion, (observations as f64).max(1.0)))
+        .collect()
+}
+
+fn score(
+    index: usize,
+    candidate: &Candidate,
+    own: usize,
+    photos: &[PhotoStatistics],
+    dispersion: f64,
+    observations: f64,
+) -> Option<Score> {
+    let head = (0..own).map(|i| (i, 1.0));
+    let tail = candidate.columns.iter().zip(&candidate.scales).map(|(i, s)| (own + i, *s));
+    let columns: Vec<(usize, f64)> = head.chain(tail).collect();
+    let each: Vec<Quadratic> = photos.iter().map(|p| Quadratic::new(p, &columns)).collect();
+    let total = Quadratic::sum(&each)?;
+    let (raw, freedom) = constrained(&total, own, candidate);
+    let projected = total.projected(own);
+    let score = (-projected.change(&raw)).max(0.0) / dispersion;
+    let gains: Vec<f64> = (0..each.len()).map(|out| left_out(&each, out, own, candidate)).collect();
+    let n = gains.len() as f64;
+    let sum: f64 = gains.iter().sum();
+    let variance = gains.iter().map(|g| (g - sum / n).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    let change = raw.iter().zip(&candidate.variant.directions).map(|(x, d)| physical(*x, d.power)).collect();
+    Some(Score {
+        candidate: index,
+        score,
+        freedom,
+        p_value: tail_probability(score, freedom),
+        cross_gain: sum / observations,
+        cross_error: (n * variance).sqrt() / observations,
+        change,
+        raw,
+    })
+}
+
+/// A change of the number from a change of its power.
+pub fn physical(change: f64, power: i32) -> f64 {
+    if power == 2 { change.max(0.0).sqrt() } else { change }
+}
+
+/// The best move of a candidate's directions with the model's own fitted along; one-sided directions that would go the
+/// wrong way stay at their null, and none goes beyond what is sensible.
+fn constrained(total: &Quadratic, own: usize, candidate: &Candidate) -> (DVector<f64>, usize) {
+    let directions = &candidate.variant.directions;
+    let all = total.projected(own);
+    let before = total.matrix.diagonal().rows(own, directions.len()).into_owned();
+    let mut keep: Vec<usize> = (0..directions.len()).collect();
+    loop {
+        let (step, rank) = all.select(&keep).minimum(&DVector::from_fn(keep.len(), |i, _| before[keep[i]]));
+        let wrong: Vec<usize> = (0..keep.len()).filter(|i| directions[keep[*i]].one_sided && step[*i] < 0.0).collect();
+        if wrong.is_empty() {
+            let mut full = DVector::zeros(directions.len());
+            for (i, k) in keep.iter().enumerate() {
+                let most = directions[*k].most.powi(directions[*k].power);
+                full[*k] = step[i].clamp(-most, most);
+            }
+            return (full, rank.max(1));
+        }
+        keep = keep.iter().enumerate().filter(|(i, _)| !wrong.contains(i)).map(|(_, k)| *k).collect();
+        if keep.is_empty() {
+            return (DVector::zeros(directions.len()), 1);
+        }
+    }
+}
+
+/// Decrease of photo `out`'s chi-square by adding the candidate, both models fitted to the other photos.
+fn left_out(each: &[Quadratic], out: usize, own: usize, candidate: &Candidate) -> f64 {
+    let photo = &each[out];
+    let Some(rest) = Quadratic::sum(each.iter().enumerate().filter(|(i, _)| *i != out).map(|(_, q)| q)) else {
+        return 0.0;
+    };
+    let own_columns: Vec<usize> = (0..own).collect();
+    let base = rest.select(&own_columns).solve();
+    let before = photo.select(&own_columns).change(&base);
+    let mut extra = constrained(&rest, own, candidate).0;
+    if candidate.variant.of_photos {
+        // A number of this photo alone follows from no other: it is fitted here, at the cost of its own degree of freedom.
+        let own_move = constrained(&rest_with(photo, &rest), own, candidate).0;
+        extra = own_move;
+    }
+    // The model's own parameters move along with the candidate's.
+    let coupled = rest.matrix.view((0, own), (own, extra.len())) * &extra + rest.gradient.rows(0, own);
+    let joint = Quadratic { gradient: coupled, matrix: rest.select(&own_columns).matrix }.solve();
+    let step = DVector::from_fn(own + extra.len(), |i, _| if i < own { joint[i] } else { extra[i - own] });
+    before - photo.change(&step)
+}
+
+fn rest_with(photo: &Quadratic, rest: &Quadratic) -> Quadratic {
+    Quadratic { gradient: &rest.gradient + &photo.gradient, matrix: &rest.matrix + &photo.matrix }
+}
+
+/// The upper tail of the chi-square distribution.
+#[must_use]
+pub fn tail_probability(score: f64, freedom: usize) -> f64 {
+    ChiSquared::new(freedom.max(1) as f64).map_or(1.0, |d| d.sf(score.max(0.0)))
+}

@@ -1,0 +1,138 @@
+//! Structure that is left in the residuals: how much of their variance each covariate predicts in pixels that it was not
+//! estimated from.
+
+use crate::covariates::{COVARIATES, Pixel, pixels};
+use crate::model::Model;
+use crate::select::Overlay;
+use crate::workshop::{Observer, Workshop, evaluate, tell};
+use crate::{DiagnoseError, DiagnoseEvent, Options};
+use gonio_scene::{EvaluationRequest, Film, Output, Photograph};
+use serde::Serialize;
+
+/// Bins of equal count per covariate.
+const BINS: usize = 24;
+/// Fewest pixels of a bin in each half.
+const FEWEST: usize = 24;
+/// Residuals beyond so many standard deviations count as that far: caustics' fireflies.
+const CUT: f64 = 5.0;
+/// A covariate must explain this part of the residuals' variance to count as structure.
+pub const STRONG: f64 = 0.02;
+
+/// What one covariate explains.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Structure {
+    /// The covariate's name.
+    pub covariate: String,
+    /// Part of the residuals' variance that it predicts in other pixels; 0 for noise, may be slightly negative.
+    pub strength: f64,
+    /// Per bin: the covariate's mean, the mean residual in standard deviations, and that mean's standard error.
+    #[serde(skip)]
+    pub curve: Vec<[f64; 3]>,
+}
+
+/// A photo seen for the report: its film, its photograph, what its pixels hit first.
+#[derive(Debug, Clone)]
+pub struct Seen {
+    /// The photo's film.
+    pub film: Film,
+    /// Its comparison.
+    pub statistics: gonio_scene::PhotoStatistics,
+    /// What was measured.
+    pub photograph: Photograph,
+}
+
+/// Renders the fitted photos at a model and returns every covariate's strength, strongest first, with what was seen.
+///
+/// # Errors
+/// A photograph that cannot be read, a farm that fails, a cancellation.
+pub fn structure(
+    model: &Model,
+    options: &Options,
+    workshop: &dyn Workshop,
+    observer: &mut Observer<'_>,
+) -> Result<(Vec<Structure>, Vec<Seen>), DiagnoseError> {
+    tell(observer, &DiagnoseEvent::Stage { text: "looking at what is left".to_owned() })?;
+    let capture = &model.capture;
+    let mut farm = workshop.open(capture, &model.files)?;
+    let photos: Vec<usize> = (0..capture.photos.len()).collect();
+    let request = EvaluationRequest {
+        photos: photos.clone(),
+        samples: options.samples,
+        seed: options.seed.wrapping_add(3),
+        output: Output::StatisticsAndFilms,
+        ..EvaluationRequest::default()
+    };
+    let films = evaluate(farm.as_mut(), &request, observer)?;
+    let hits = evaluate(farm.as_mut(), &EvaluationRequest { output: Output::FirstHit, ..request }, observer)?;
+    let files = Overlay { files: workshop.files(), added: &model.files };
+    let mut seen = Vec::new();
+    let mut all: Vec<Pixel> = Vec::new();
+    for ((film, hit), statistics) in films.films.into_iter().zip(&hits.films).zip(films.photos) {
+        let Some(photo) = capture.photos.get(film.photo) else { continue };
+        let photograph = Photograph::load(capture, photo, &files)?;
+        all.extend(pixels(capture, &film, hit, &photograph));
+        seen.push(Seen { film, statistics, photograph });
+    }
+    let mut found: Vec<Structure> = COVARIATES.iter().enumerate().map(|(i, name)| explained(&all, i, name)).collect();
+    found.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+    Ok((found, seen))
+}
+
+/// How much of the residuals' variance the means over a covariate's bins, taken in one half of the image blocks, predict in
+/// the other half.
+fn explained(pixels: &[Pixel], covariate: usize, name: &str) -> Structure {
+    let mut values: Vec<f64> = pixels.iter().map(|p| p.covariates[covariate]).filter(|v| v.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let mut edges: Vec<f64> = (1..BINS).filter_map(|i| values.get(i * values.len() / BINS).copied()).collect();
+    edges.dedup();
+    let bin = |p: &Pixel| {
+        let v = p.covariates[covariate];
+        v.is_finite().then(|| edges.partition_point(|e| *e <= v))
+    };
+    // Per bin and half: pixels, sum, sum of squares of the residual, sum of the covariate; per channel.
+    let mut sums = vec![[[[0.0_f64; 3]; 3]; 2]; edges.len() + 1];
+    for pixel in pixels {
+        let Some(b) = bin(pixel) else { continue };
+        for channel in 0..3 {
+            let z = pixel.residual[channel].clamp(-CUT, CUT);
+            let cell = &mut sums[b][usize::from(pixel.odd)][channel];
+            cell[0] += 1.0;
+            cell[1] += z;
+            cell[2] += z * z;
+        }
+    }
+    let (mut gain, mut total) = (0.0, 0.0);
+    for cell in &sums {
+        for half in 0..2 {
+            for channel in 0..3 {
+                let [n, sum, squares] = cell[half][channel];
+                let [other, other_sum, _] = cell[1 - half][channel];
+                total += squares;
+                if other as usize >= FEWEST {
+                    let mean = other_sum / other;
+                    gain += 2.0 * mean * sum - n * mean * mean;
+                }
+            }
+        }
+    }
+    let mut middles = vec![[0.0; 2]; sums.len()];
+    for pixel in pixels {
+        if let Some(b) = bin(pixel) {
+            middles[b][0] += 1.0;
+            middles[b][1] += pixel.covariates[covariate];
+        }
+    }
+    let curve = sums
+        .iter()
+        .zip(&middles)
+        .filter(|(_, m)| m[0] > 0.0)
+        .map(|(cell, m)| {
+            let add = |k: usize| cell.iter().flatten().map(|c| c[k]).sum::<f64>();
+            let (n, sum, squares) = (add(0).max(1.0), add(1), add(2));
+            let mean = sum / n;
+            // The three channels of a pixel share the render's noise: a third as many independent ones.
+            [m[1] / m[0], mean, (3.0 * (squares / n - mean * mean).max(0.0) / n).sqrt()]
+        })
+        .collect();
+    Structure { covariate: name.to_owned(), strength: if total > 0.0 { gain / total } else { 0.0 }, curve }
+}

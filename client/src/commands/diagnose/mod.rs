@@ -1,0 +1,121 @@
+//! `gonio diagnose`: what the simulation of a capture gets wrong.
+
+mod workshop;
+
+use super::{command, farm};
+use crate::arguments::DiagnoseArguments;
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::interrupt::Interrupt;
+use crate::output::{Output as Folder, tell, to_json};
+use crate::progress::{Console, DiagnoseConsole};
+use crate::relocate::relocate;
+use gonio::report::{DiagnosisReport, Panel};
+use gonio_diagnose::{Diagnosed, Diagnosis, Options, Seen, Verdict};
+use gonio_scene::Capture;
+use gonio_scene::capture::CAPTURE_FILE;
+use workshop::FarmWorkshop;
+
+const RESULT: &str = "diagnosis.json";
+const REPORT: &str = "report.html";
+
+/// Diagnoses and writes.
+///
+/// # Errors
+/// A broken capture or photograph, options that make no diagnosis, a farm that fails, a folder that cannot be written to,
+/// Ctrl-C.
+pub fn run(arguments: &DiagnoseArguments) -> Result<(), Failure> {
+    let note = "stopping; again to kill";
+    let interrupt = Interrupt::listen(if arguments.farm.json { "" } else { note })?;
+    let input = Input::open(&arguments.capture)?;
+    let written = [CAPTURE_FILE, RESULT, REPORT].map(str::to_owned);
+    let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;
+    let options = Options {
+        seed: arguments.seed,
+        samples: arguments.samples,
+        smallest_gain: arguments.smallest_gain,
+        without: arguments.without.clone(),
+        ..Options::default()
+    };
+    let mut console = Console::new(arguments.farm.json);
+    let workshop = FarmWorkshop { farm: farm(&arguments.farm)?, files: &input.files };
+    let diagnosed = {
+        let mut view = DiagnoseConsole::new(&mut console);
+        let mut observer = |event: &gonio_diagnose::DiagnoseEvent| {
+            view.show(event);
+            interrupt.flow()
+        };
+        gonio_diagnose::diagnose(&input.capture, &options, &workshop, &mut observer)?
+    };
+    console.end();
+    write(&diagnosed, &input, &folder)?;
+    if arguments.farm.json {
+        tell(&to_json(&diagnosed.diagnosis)?);
+    } else {
+        conclude(&diagnosed.diagnosis, &folder);
+    }
+    match &diagnosed.unjudged {
+        Some(why) => Err(Failure::Input(format!("the held-out photos could not be judged: {why}"))),
+        None => Ok(()),
+    }
+}
+
+fn write(diagnosed: &Diagnosed, input: &Input, folder: &Folder) -> Result<(), Failure> {
+    let mut here = diagnosed.capture.clone();
+    relocate(&mut here, &input.root, folder.dir())?;
+    for (path, bytes) in &diagnosed.files {
+        folder.write(path, bytes)?;
+        // These lie beside the extended capture, not beside the one that was diagnosed.
+        for (object, moved) in diagnosed.capture.objects.iter().zip(&mut here.objects) {
+            if object.mesh == *path {
+                moved.mesh.clone_from(path);
+            }
+        }
+    }
+    folder.write(CAPTURE_FILE, here.to_toml()?.as_bytes())?;
+    let json = serde_json::to_string_pretty(&diagnosed.diagnosis)
+        .map_err(|error| Failure::Failed(format!("the result is no JSON: {error}")))?;
+    folder.write(RESULT, json.as_bytes())?;
+    let panels = |capture: &Capture, seen: &[Seen]| -> Vec<Panel> {
+        seen.iter().filter_map(|s| Panel::new(capture, &s.photograph, &s.film, &s.statistics)).collect()
+    };
+    let report = DiagnosisReport {
+        diagnosis: &diagnosed.diagnosis,
+        before: &panels(&diagnosed.base_capture, &diagnosed.before),
+        after: &panels(&diagnosed.last_capture, &diagnosed.after),
+        structure_before: &diagnosed.structure_before,
+        structure_after: &diagnosed.structure_after,
+        command: &command(),
+        version: env!("CARGO_PKG_VERSION"),
+    };
+    folder.write(REPORT, report.page().as_bytes())?;
+    Ok(())
+}
+
+/// The diagnosis in a few lines, for people.
+fn conclude(diagnosis: &Diagnosis, folder: &Folder) {
+    match diagnosis.verdict {
+        Verdict::None => tell("none: what is left looks like noise"),
+        Verdict::Unexplained => tell("unexplained: something is left that no effect of the catalogue explains"),
+        Verdict::Named => {
+            for found in &diagnosis.found {
+                tell(&format!("found: {}", found.effects.join(" or ")));
+                for p in &found.parameters {
+                    let error = p.standard_error.map_or_else(|| "undetermined".to_owned(), |e| format!("± {e:.2e}"));
+                    tell(&format!("  {}  {:.6}  {error}", p.name, p.value));
+                }
+                tell(&format!("  to be sure: {}", found.separate_by));
+            }
+        }
+    }
+    if let Some(held) = diagnosis.found.first().and_then(|f| f.held_out) {
+        tell(&format!(
+            "held out: reduced chi-square {:.4} before, {:.4} after; log density {:+.4} per observation",
+            held.reduced_chi_square_before, held.reduced_chi_square_after, held.log_density_gain
+        ));
+    }
+    if let Some(left) = &diagnosis.unexplained {
+        tell(&format!("left: {} predicts {:.1} % of the residuals' variance", left.covariate, 100.0 * left.strength));
+    }
+    tell(&format!("wrote {RESULT}, {CAPTURE_FILE}, {REPORT} to {}", folder.dir().display()));
+}

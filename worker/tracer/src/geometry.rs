@@ -120,6 +120,11 @@ impl Geometry {
         self.bvh.closest_packet(rays, hits);
     }
 
+    /// [`Geometry::closest`] for rays that start close together and mostly hit nothing.
+    pub fn closest_stream(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.bvh.closest_stream(rays, hits);
+    }
+
     /// [`Geometry::occluded`] for rays that start and run close together.
     pub fn occluded_packet(&self, rays: &[Ray], blocked: &mut [bool]) {
         self.bvh.occluded_packet(rays, blocked);
@@ -140,7 +145,7 @@ impl Geometry {
     }
 
     /// What lies at a hit.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn surface(&self, hit: &Hit) -> Surface {
         let triangle = &self.triangles[hit.triangle as usize];
@@ -162,9 +167,6 @@ impl Geometry {
 const MARGIN: f32 = 24.0 * f32::EPSILON;
 
 impl Surface {
-    /// Nowhere.
-    pub const NONE: Self = Self { position: Vec3::ZERO, face: Vec3::ZERO, normal: Vec3::ZERO, object: 0, margin: 0.0 };
-
     /// A ray from just off the surface towards `direction`.
     #[inline]
     #[must_use]

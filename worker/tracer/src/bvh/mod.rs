@@ -16,10 +16,12 @@ mod lanes;
 mod layout;
 mod memory;
 mod node;
+mod octet;
 mod packet;
 mod ray;
 mod split;
 mod stack;
+mod stream;
 #[cfg(test)]
 mod tests;
 mod traverse;
@@ -109,6 +111,23 @@ impl Bvh {
         }
     }
 
+    /// The first triangle that each ray meets: the same as [`Bvh::closest`], faster for rays that start close together
+    /// and mostly meet nothing. Fills the elements of `hits` that have a ray.
+    pub fn closest_stream(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        for (rays, hits) in rays.chunks(stream::STREAM).zip(hits.chunks_mut(stream::STREAM)) {
+            #[cfg(target_arch = "x86_64")]
+            if let Some(avx2) = self.avx2 {
+                // SAFETY: as in `closest`.
+                #[allow(unsafe_code)]
+                unsafe {
+                    stream_avx2(avx2, &self.layout, rays, hits);
+                }
+                continue;
+            }
+            stream_portable(&self.layout, rays, hits);
+        }
+    }
+
     /// As [`Bvh::closest_coherent`].
     fn occluded_coherent(&self, rays: &[Ray], blocked: &mut [bool]) -> bool {
         if rays.len() < packet::PACKET / 4 {
@@ -162,6 +181,12 @@ fn occluded_packet_avx2(avx2: Avx2, layout: &Layout, rays: &[Ray], blocked: &mut
     packet::occluded(avx2, &layout.nodes, &layout.leaves, layout.extent, rays, blocked)
 }
 
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+fn stream_avx2(avx2: Avx2, layout: &Layout, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    stream::closest(avx2, &layout.nodes, &layout.leaves, rays, hits);
+}
+
 // Kept out of line, so that the fast path above carries none of their registers.
 #[inline(never)]
 fn closest_portable(layout: &Layout, ray: &Ray) -> Option<Hit> {
@@ -181,4 +206,9 @@ fn packet_portable(layout: &Layout, rays: &[Ray], hits: &mut [Option<Hit>]) -> b
 #[inline(never)]
 fn occluded_packet_portable(layout: &Layout, rays: &[Ray], blocked: &mut [bool]) -> bool {
     packet::occluded(Portable, &layout.nodes, &layout.leaves, layout.extent, rays, blocked)
+}
+
+#[inline(never)]
+fn stream_portable(layout: &Layout, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    stream::closest(Portable, &layout.nodes, &layout.leaves, rays, hits);
 }

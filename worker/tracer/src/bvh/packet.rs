@@ -8,25 +8,18 @@
 use super::bounds::BOX_SLACK;
 use super::lanes::Lanes;
 use super::node::{Child, Leaf, Node, WIDTH};
+use super::octet::{Octet, VALID};
 use super::ray::{Frame, Hit, Ray};
 use super::stack::{Len, Stack};
 use super::triangle::{self, Nearest};
 
-use glam::{Vec2, Vec4};
+use glam::Vec4;
 
 /// Rays that share a walk.
 pub(super) const PACKET: usize = 16;
 
 /// The largest difference of slopes in a packet: beyond, its common volume is so wide that single rays are faster.
 const SPREAD: f32 = 0.2;
-
-/// The rays of a packet side by side, eight to a vector; unused lanes have a limit that no box reaches.
-struct Bundle {
-    origin: [[[f32; WIDTH]; 3]; PACKET / WIDTH],
-    inverse: [[[f32; WIDTH]; 3]; PACKET / WIDTH],
-    t_min: [[f32; WIDTH]; PACKET / WIDTH],
-    limit: [[f32; WIDTH]; PACKET / WIDTH],
-}
 
 /// What holds for every ray of a packet.
 struct Envelope<L: Lanes> {
@@ -47,34 +40,46 @@ fn splat_axes<L: Lanes>(lanes: L, [a, b]: [Vec4; 2]) -> [[L::F; 2]; 3] {
 impl<L: Lanes> Envelope<L> {
     /// `None` where the rays are not coherent. `extent` is the size of the scene.
     #[inline(always)]
-    fn new(lanes: L, frames: &[Frame], extent: f32) -> Option<Self> {
-        let (first, others) = frames.split_first()?;
-        let (mut origin, mut inverse) = ([first.origin; 2], [first.inverse; 2]);
-        let mut shear = [Vec2::from(first.shear); 2];
-        let mut t_min = first.t_min;
-        for frame in others {
-            if frame.backward != first.backward || frame.axes != first.axes {
-                return None;
+    fn new(lanes: L, octets: &[Octet; GROUPS], extent: f32) -> Option<Self> {
+        let class = octets[0].class[0];
+        let mut others = 0;
+        for octet in octets {
+            for other in octet.class {
+                others |= other ^ class;
             }
-            origin = [origin[0].min(frame.origin), origin[1].max(frame.origin)];
-            inverse = [inverse[0].min(frame.inverse), inverse[1].max(frame.inverse)];
-            shear = [shear[0].min(frame.shear.into()), shear[1].max(frame.shear.into())];
-            t_min = t_min.min(frame.t_min);
         }
-        let coherent = (shear[1] - shear[0]).max_element() <= SPREAD
+        if others != 0 || class & VALID == 0 {
+            return None;
+        }
+        let [a, b] = octets;
+        let (x, y, z) = (
+            spread(&a.origin[0], &b.origin[0]),
+            spread(&a.origin[1], &b.origin[1]),
+            spread(&a.origin[2], &b.origin[2]),
+        );
+        let origin = [Vec4::new(x[0], y[0], z[0], 0.0), Vec4::new(x[1], y[1], z[1], 0.0)];
+        let (x, y, z) = (
+            spread(&a.inverse[0], &b.inverse[0]),
+            spread(&a.inverse[1], &b.inverse[1]),
+            spread(&a.inverse[2], &b.inverse[2]),
+        );
+        let inverse = [Vec4::new(x[0], y[0], z[0], 0.0), Vec4::new(x[1], y[1], z[1], 0.0)];
+        let (x, y) = (spread(&a.shear[0], &b.shear[0]), spread(&a.shear[1], &b.shear[1]));
+        let coherent = most(x[1] - x[0], y[1] - y[0]) <= SPREAD
             && (origin[1] - origin[0]).max_element() <= SPREAD * SPREAD * extent;
         if !coherent {
             return None;
         }
-        let backward = first.backward as usize;
+        let t_min = reduce(&octets[0].t_min, &octets[1].t_min, least);
+        let backward = (class >> 2 & 7) as usize;
         let backward = [backward & 1, backward >> 1 & 1, backward >> 2 & 1];
         // Forward rays from the greatest origin are the first at a plane, from the least the last; backward ones
         // reversed.
-        let (least, most) = (origin[0].to_array(), origin[1].to_array());
-        let (mut first, mut last) = (most, least);
+        let (low, high) = (origin[0].to_array(), origin[1].to_array());
+        let (mut first, mut last) = (high, low);
         for axis in 0..3 {
             if backward[axis] == 1 {
-                (first[axis], last[axis]) = (least[axis], most[axis]);
+                (first[axis], last[axis]) = (low[axis], high[axis]);
             }
         }
         let outermost = [Vec4::from_array(first), Vec4::from_array(last)];
@@ -105,51 +110,70 @@ impl<L: Lanes> Envelope<L> {
     }
 }
 
-impl Bundle {
-    #[inline(always)]
-    fn new(frames: &[Frame]) -> Self {
-        const NONE: [[f32; WIDTH]; PACKET / WIDTH] = [[0.0; WIDTH]; PACKET / WIDTH];
-        const NO_AXES: [[[f32; WIDTH]; 3]; PACKET / WIDTH] = [[[0.0; WIDTH]; 3]; PACKET / WIDTH];
-        let limit = [[f32::NEG_INFINITY; WIDTH]; PACKET / WIDTH];
-        let mut bundle = Self { origin: NO_AXES, inverse: NO_AXES, t_min: NONE, limit };
-        for (i, frame) in frames.iter().enumerate() {
-            let (group, lane) = (i / WIDTH, i % WIDTH);
-            for axis in 0..3 {
-                bundle.origin[group][axis][lane] = frame.origin_on[axis];
-                bundle.inverse[group][axis][lane] = frame.inverse_on[axis];
-            }
-            bundle.t_min[group][lane] = frame.t_min;
-            bundle.limit[group][lane] = frame.t_max * BOX_SLACK;
-        }
-        bundle
-    }
+/// Vectors of rays.
+const GROUPS: usize = PACKET / WIDTH;
 
-    /// The greatest limit of any ray.
-    #[inline(always)]
-    fn farthest(&self) -> f32 {
-        self.limit.iter().flatten().fold(f32::NEG_INFINITY, |most, &limit| if limit > most { limit } else { most })
-    }
+#[inline(always)]
+fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
 
-    /// The rays, as bits, that enter one child box before their limits.
-    #[inline(always)]
-    fn enter<L: Lanes>(&self, lanes: L, node: &Node, child: usize, backward: [usize; 3]) -> u32 {
-        let mut rays = 0;
-        for group in 0..PACKET / WIDTH {
-            let mut near = lanes.load(&self.t_min[group]);
-            let mut far = lanes.splat(f32::INFINITY);
-            for (axis, side) in backward.into_iter().enumerate() {
-                let origin = lanes.load(&self.origin[group][axis]);
-                let inverse = lanes.load(&self.inverse[group][axis]);
-                let into = lanes.splat(node.planes[axis * 2 + (side & 1)][child]);
-                let out = lanes.splat(node.planes[axis * 2 + 1 - (side & 1)][child]);
-                near = lanes.max(lanes.mul(lanes.sub(into, origin), inverse), near);
-                far = lanes.min(lanes.mul(lanes.sub(out, origin), inverse), far);
-            }
-            let far = lanes.min(lanes.mul(far, lanes.splat(BOX_SLACK)), lanes.load(&self.limit[group]));
-            rays |= lanes.bits(lanes.le(near, far)) << (group * WIDTH);
-        }
-        rays
+#[inline(always)]
+fn most(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The least or the greatest of sixteen numbers.
+#[inline(always)]
+fn reduce(a: &[f32; WIDTH], b: &[f32; WIDTH], of: impl Fn(f32, f32) -> f32) -> f32 {
+    let mut pairs = [0.0; WIDTH];
+    for lane in 0..WIDTH {
+        pairs[lane] = of(a[lane], b[lane]);
     }
+    // Not by `map`: what is not inlined does without AVX2.
+    let [a, b, c, d, e, f, g, h] = pairs;
+    of(of(of(a, e), of(c, g)), of(of(b, f), of(d, h)))
+}
+
+/// The least and the greatest of sixteen numbers.
+#[inline(always)]
+fn spread(a: &[f32; WIDTH], b: &[f32; WIDTH]) -> [f32; 2] {
+    [reduce(a, b, least), reduce(a, b, most)]
+}
+
+/// The greatest limit of any ray.
+#[inline(always)]
+fn farthest(octets: &[Octet; GROUPS]) -> f32 {
+    reduce(&octets[0].t_max, &octets[1].t_max, most) * BOX_SLACK
+}
+
+/// The rays, as bits, that enter one child box before their limits.
+#[inline(always)]
+fn enter<L: Lanes>(lanes: L, octets: &[Octet; GROUPS], node: &Node, child: usize, backward: [usize; 3]) -> u32 {
+    let mut rays = 0;
+    for (group, octet) in octets.iter().enumerate() {
+        let mut near = lanes.load(&octet.t_min);
+        let mut far = lanes.splat(f32::INFINITY);
+        for (axis, side) in backward.into_iter().enumerate() {
+            let origin = lanes.load(&octet.origin[axis]);
+            let inverse = lanes.load(&octet.inverse[axis]);
+            let into = lanes.splat(node.planes[axis * 2 + (side & 1)][child]);
+            let out = lanes.splat(node.planes[axis * 2 + 1 - (side & 1)][child]);
+            near = lanes.max(lanes.mul(lanes.sub(into, origin), inverse), near);
+            far = lanes.min(lanes.mul(lanes.sub(out, origin), inverse), far);
+        }
+        let slack = lanes.splat(BOX_SLACK);
+        let far = lanes.min(lanes.mul(far, slack), lanes.mul(lanes.load(&octet.t_max), slack));
+        rays |= lanes.bits(lanes.le(near, far)) << (group * WIDTH);
+    }
+    rays
+}
+
+/// The order of axes of the sheared space whose z' is `depth`.
+#[inline(always)]
+fn axes(depth: u32) -> [usize; 3] {
+    let z = depth as usize % 3;
+    [(z + 1) % 3, (z + 2) % 3, z]
 }
 
 /// The nearest hits of at most [`PACKET`] rays; false, and nothing done, where they are not coherent. `extent` is the
@@ -163,20 +187,16 @@ pub(super) fn closest<L: Lanes>(
     rays: &[Ray],
     hits: &mut [Option<Hit>],
 ) -> bool {
-    let Some(first) = rays.first().and_then(Frame::new) else { return false };
-    let mut frames = [first; PACKET];
-    for (frame, ray) in frames.iter_mut().zip(rays).skip(1) {
-        let Some(new) = Frame::new(ray) else { return false };
-        *frame = new;
-    }
-    let used = &frames[..rays.len().min(PACKET)];
-    let Some(envelope) = Envelope::new(lanes, used, extent) else { return false };
-    let mut bundle = Bundle::new(used);
+    let rays = &rays[..rays.len().min(PACKET)];
+    let Some(first) = rays.first() else { return false };
+    let mut octets = [Octet::new(rays, first), Octet::new(rays.get(WIDTH..).unwrap_or_default(), first)];
+    let Some(envelope) = Envelope::new(lanes, &octets, extent) else { return false };
+    let axes = axes(octets[0].class[0] & 3);
     let mut nearest = [Nearest::none(0.0); PACKET];
-    for (nearest, frame) in nearest.iter_mut().zip(used) {
-        *nearest = Nearest::none(frame.t_max);
+    for (nearest, ray) in nearest.iter_mut().zip(rays) {
+        *nearest = Nearest::none(ray.t_max);
     }
-    let mut limit = bundle.farthest();
+    let mut limit = farthest(&octets);
     let mut limits = lanes.splat(limit);
     // The stack holds slots: a node's index times 8 plus the child's lane, so that a leaf's box is at hand.
     let (mut stack, mut len) = (Stack::new(), Len::ZERO);
@@ -192,7 +212,7 @@ pub(super) fn closest<L: Lanes>(
         }
         loop {
             let Some(slot) = stack.pop(&mut len, limit) else {
-                for (hit, nearest) in hits.iter_mut().zip(&nearest[..used.len()]) {
+                for (hit, nearest) in hits.iter_mut().zip(&nearest[..rays.len()]) {
                     *hit = nearest.hit();
                 }
                 return true;
@@ -204,18 +224,28 @@ pub(super) fn closest<L: Lanes>(
                 break;
             }
             let leaf = Leaf::of(leaves, child);
-            let mut active = bundle.enter(lanes, parent, lane, envelope.backward);
-            let mut closer = false;
-            while active != 0 {
-                let i = active.trailing_zeros() as usize % PACKET;
-                active &= active - 1;
-                if triangle::closest(lanes, &frames[i], leaf, &mut nearest[i]) {
-                    bundle.limit[i / WIDTH][i % WIDTH] = nearest[i].t * BOX_SLACK;
-                    closer = true;
+            let active = enter(lanes, &octets, parent, lane, envelope.backward);
+            let mut closer = 0;
+            for group in 0..PACKET / WIDTH {
+                let base = group * WIDTH;
+                let mut active = active >> base & 0xff;
+                if 2 * active.count_ones() as usize >= leaf.count {
+                    let (rays, nearest) = (&rays[base..], &mut nearest[base..base + WIDTH]);
+                    closer |= octets[group].closest::<L, false>(lanes, axes, leaf, active, rays, nearest) << base;
+                    continue;
+                }
+                while active != 0 {
+                    let i = base + active.trailing_zeros() as usize % WIDTH;
+                    active &= active - 1;
+                    let Some(frame) = Frame::new(&rays[i]) else { continue };
+                    if triangle::closest(lanes, &frame, leaf, &mut nearest[i]) {
+                        octets[group].end(i % WIDTH, nearest[i].t);
+                        closer |= 1 << i;
+                    }
                 }
             }
-            if closer {
-                limit = bundle.farthest();
+            if closer != 0 {
+                limit = farthest(&octets);
                 limits = lanes.splat(limit);
             }
         }
@@ -232,18 +262,14 @@ pub(super) fn occluded<L: Lanes>(
     rays: &[Ray],
     blocked: &mut [bool],
 ) -> bool {
-    let Some(first) = rays.first().and_then(Frame::new) else { return false };
-    let mut frames = [first; PACKET];
-    for (frame, ray) in frames.iter_mut().zip(rays).skip(1) {
-        let Some(new) = Frame::new(ray) else { return false };
-        *frame = new;
-    }
-    let used = &frames[..rays.len().min(PACKET)];
-    let Some(envelope) = Envelope::new(lanes, used, extent) else { return false };
-    let bundle = Bundle::new(used);
-    let limits = lanes.splat(bundle.farthest());
+    let rays = &rays[..rays.len().min(PACKET)];
+    let Some(first) = rays.first() else { return false };
+    let octets = [Octet::new(rays, first), Octet::new(rays.get(WIDTH..).unwrap_or_default(), first)];
+    let Some(envelope) = Envelope::new(lanes, &octets, extent) else { return false };
+    let axes = axes(octets[0].class[0] & 3);
+    let limits = lanes.splat(farthest(&octets));
     // Rays that have hit nothing yet, as bits.
-    let mut open = (1u32 << used.len()) - 1;
+    let mut open = (1u32 << rays.len()) - 1;
     let (mut stack, mut len) = (Stack::new(), Len::ZERO);
     let mut index = 0;
     'walk: loop {
@@ -264,12 +290,21 @@ pub(super) fn occluded<L: Lanes>(
                 break;
             }
             let leaf = Leaf::of(leaves, child);
-            let mut active = bundle.enter(lanes, parent, lane, envelope.backward) & open;
-            while active != 0 {
-                let i = active.trailing_zeros() as usize % PACKET;
-                active &= active - 1;
-                if triangle::occluded(lanes, &frames[i], leaf) {
-                    open &= !(1 << i);
+            let active = enter(lanes, &octets, parent, lane, envelope.backward) & open;
+            for group in 0..PACKET / WIDTH {
+                let base = group * WIDTH;
+                let mut active = active >> base & 0xff;
+                if 2 * active.count_ones() as usize >= leaf.count {
+                    open &= !(octets[group].occluded(lanes, axes, leaf, active, &rays[base..]) << base);
+                    continue;
+                }
+                while active != 0 {
+                    let i = base + active.trailing_zeros() as usize % WIDTH;
+                    active &= active - 1;
+                    let Some(frame) = Frame::new(&rays[i]) else { continue };
+                    if triangle::occluded(lanes, &frame, leaf) {
+                        open &= !(1 << i);
+                    }
                 }
             }
             if open == 0 {
@@ -277,7 +312,7 @@ pub(super) fn occluded<L: Lanes>(
             }
         }
     }
-    for (i, blocked) in blocked.iter_mut().enumerate().take(used.len()) {
+    for (i, blocked) in blocked.iter_mut().enumerate().take(rays.len()) {
         *blocked = open >> i & 1 == 0;
     }
     true

@@ -38,7 +38,7 @@ pub struct Hit {
 
 /// Direction components smaller than this are lifted to it before they are inverted, so that no product of a slab test
 /// is 0 * infinity.
-const SMALLEST_SLOPE: f32 = 1e-20;
+pub(super) const SMALLEST_SLOPE: f32 = 1e-20;
 
 /// A ray as the box and triangle tests want it.
 #[derive(Clone, Copy)]

@@ -30,7 +30,7 @@ impl Nearest {
 
     /// Keeps the nearer hit; of equally near ones that with the smaller index.
     #[inline(always)]
-    fn take(&mut self, t: f32, triangle: u32, weights: [f32; 2], sum: f32) {
+    pub fn take(&mut self, t: f32, triangle: u32, weights: [f32; 2], sum: f32) {
         if t < self.t || (t == self.t && triangle < self.triangle) {
             *self = Self { t, triangle, weights, sum };
         }
@@ -48,34 +48,75 @@ impl Nearest {
     }
 }
 
+/// Pairs of a ray and a triangle, one in each lane. Axes are those of the sheared space of the lane's ray.
+pub(super) trait Pairs<L: Lanes> {
+    /// One coordinate of the three vertices, relative to the ray's origin.
+    fn relative(&self, lanes: L, axis: usize) -> [L::F; 3];
+    fn shear(&self, lanes: L, axis: usize) -> L::F;
+    /// The reciprocal direction.
+    fn inverse(&self, lanes: L, axis: usize) -> L::F;
+    fn t_min(&self, lanes: L) -> L::F;
+    fn t_max(&self, lanes: L) -> L::F;
+    /// The lanes that hold a pair.
+    fn used(&self, lanes: L) -> L::M;
+}
+
+/// One ray and the triangles of a leaf.
+struct Alone<'a> {
+    frame: &'a Frame,
+    leaf: Leaf<'a>,
+    t_max: f32,
+}
+
+impl<L: Lanes> Pairs<L> for Alone<'_> {
+    #[inline(always)]
+    fn relative(&self, lanes: L, axis: usize) -> [L::F; 3] {
+        let axis = self.frame.axes[axis];
+        let origin = lanes.splat(self.frame.origin_on[axis]);
+        let [a, b, c] = lanes.vertices(self.leaf, axis);
+        [lanes.sub(a, origin), lanes.sub(b, origin), lanes.sub(c, origin)]
+    }
+    #[inline(always)]
+    fn shear(&self, lanes: L, axis: usize) -> L::F {
+        lanes.splat(self.frame.shear[axis])
+    }
+    #[inline(always)]
+    fn inverse(&self, lanes: L, axis: usize) -> L::F {
+        lanes.splat(self.frame.inverse_on[self.frame.axes[axis]])
+    }
+    #[inline(always)]
+    fn t_min(&self, lanes: L) -> L::F {
+        lanes.splat(self.frame.t_min)
+    }
+    #[inline(always)]
+    fn t_max(&self, lanes: L) -> L::F {
+        lanes.splat(self.t_max)
+    }
+    #[inline(always)]
+    fn used(&self, lanes: L) -> L::M {
+        lanes.first(self.leaf.count)
+    }
+}
+
 /// Lanes whose edge functions have one sign.
-struct Candidates<L: Lanes> {
-    t: L::F,
+pub(super) struct Candidates<L: Lanes> {
+    pub t: L::F,
     /// The weights of the vertices: `u`, not needed any more, `v`, `w`, and their sum.
-    v: L::F,
-    w: L::F,
-    sum: L::F,
+    pub v: L::F,
+    pub w: L::F,
+    pub sum: L::F,
     /// Lanes with `t` in range, and within the triangle's box.
-    settled: u32,
+    pub settled: u32,
     /// Lanes with `t` outside the triangle's box: see [`settle`].
-    doubtful: u32,
+    pub doubtful: u32,
 }
 
 // Functions, where closures would read better: only these are sure to be inlined, and what is not inlined into a function
 // that enables AVX2 calls out for each single instruction.
 
-/// One coordinate of all vertices, relative to the ray's origin.
-#[inline(always)]
-fn relative<L: Lanes>(lanes: L, frame: &Frame, leaf: Leaf, axis: usize) -> [L::F; 3] {
-    let origin = lanes.splat(frame.origin_on[axis]);
-    let [a, b, c] = lanes.vertices(leaf, axis);
-    [lanes.sub(a, origin), lanes.sub(b, origin), lanes.sub(c, origin)]
-}
-
 /// The coordinate `p` of all vertices, in the space whose z axis is the ray.
 #[inline(always)]
-fn sheared<L: Lanes>(lanes: L, p: [L::F; 3], shear: f32, z: [L::F; 3]) -> [L::F; 3] {
-    let shear = lanes.splat(shear);
+fn sheared<L: Lanes>(lanes: L, p: [L::F; 3], shear: L::F, z: [L::F; 3]) -> [L::F; 3] {
     [
         lanes.sub(p[0], lanes.mul(shear, z[0])),
         lanes.sub(p[1], lanes.mul(shear, z[1])),
@@ -91,32 +132,32 @@ fn edge<L: Lanes>(lanes: L, x: [L::F; 3], y: [L::F; 3], i: usize, j: usize) -> L
 
 /// Between which parameters the ray passes the planes of all vertices on one axis.
 #[inline(always)]
-fn interval<L: Lanes>(lanes: L, frame: &Frame, axis: usize, p: [L::F; 3]) -> (L::F, L::F) {
-    let inverse = lanes.splat(frame.inverse_on[axis]);
+fn interval<L: Lanes>(lanes: L, inverse: L::F, p: [L::F; 3]) -> (L::F, L::F) {
     let [a, b, c] = [lanes.mul(p[0], inverse), lanes.mul(p[1], inverse), lanes.mul(p[2], inverse)];
     (lanes.min(lanes.min(a, b), c), lanes.max(lanes.max(a, b), c))
 }
 
+/// The lanes whose ray passes between the vertices; `None` where there are none.
 #[inline(always)]
-fn candidates<L: Lanes>(lanes: L, frame: &Frame, leaf: Leaf, t_max: f32) -> Option<Candidates<L>> {
-    let [x, y, z] = frame.axes;
-    let pz = relative(lanes, frame, leaf, z);
-    let px = relative(lanes, frame, leaf, x);
-    let py = relative(lanes, frame, leaf, y);
-    let qx = sheared(lanes, px, frame.shear[0], pz);
-    let qy = sheared(lanes, py, frame.shear[1], pz);
+pub(super) fn candidates<L: Lanes>(lanes: L, pairs: &impl Pairs<L>) -> Option<Candidates<L>> {
+    let pz = pairs.relative(lanes, 2);
+    let px = pairs.relative(lanes, 0);
+    let py = pairs.relative(lanes, 1);
+    let qx = sheared(lanes, px, pairs.shear(lanes, 0), pz);
+    let qy = sheared(lanes, py, pairs.shear(lanes, 1), pz);
     let (u, v, w) = (edge(lanes, qx, qy, 2, 1), edge(lanes, qx, qy, 0, 2), edge(lanes, qx, qy, 1, 0));
     let zero = lanes.splat(0.0);
     let (least, most) = (lanes.min(lanes.min(u, v), w), lanes.max(lanes.max(u, v), w));
     // Both faces count.
-    let inside = lanes.and(lanes.first(leaf.count), lanes.or(lanes.le(zero, least), lanes.le(most, zero)));
+    let inside = lanes.and(pairs.used(lanes), lanes.or(lanes.le(zero, least), lanes.le(most, zero)));
     if lanes.bits(inside) == 0 {
         return None;
     }
     let sum = lanes.add(lanes.add(u, v), w);
     let depth = lanes.add(lanes.add(lanes.mul(u, pz[0]), lanes.mul(v, pz[1])), lanes.mul(w, pz[2]));
-    let t = lanes.mul(lanes.div(depth, sum), lanes.splat(frame.inverse_on[z]));
-    let (x, y, z) = (interval(lanes, frame, x, px), interval(lanes, frame, y, py), interval(lanes, frame, z, pz));
+    let [ix, iy, iz] = [pairs.inverse(lanes, 0), pairs.inverse(lanes, 1), pairs.inverse(lanes, 2)];
+    let t = lanes.mul(lanes.div(depth, sum), iz);
+    let (x, y, z) = (interval(lanes, ix, px), interval(lanes, iy, py), interval(lanes, iz, pz));
     // Half of what `settle` and the boxes of the hierarchy allow, so that `settle` would leave `t` as it is.
     let pad = lanes.mul(lanes.sub(z.1, z.0), lanes.splat(0.5 * SLACK));
     let near = lanes.sub(lanes.mul(lanes.max(lanes.max(x.0, y.0), z.0), lanes.splat(1.0 - 0.5 * SLACK)), pad);
@@ -124,7 +165,7 @@ fn candidates<L: Lanes>(lanes: L, frame: &Frame, leaf: Leaf, t_max: f32) -> Opti
     // A triangle wholly behind the origin is none of this ray's.
     let inside = lanes.and(inside, lanes.le(zero, far));
     let settled = lanes.and(lanes.and(inside, lanes.le(near, t)), lanes.le(t, far));
-    let in_range = lanes.and(lanes.lt(lanes.splat(frame.t_min), t), lanes.le(t, lanes.splat(t_max)));
+    let in_range = lanes.and(lanes.lt(pairs.t_min(lanes), t), lanes.le(t, pairs.t_max(lanes)));
     let doubtful = lanes.bits(inside) & !lanes.bits(settled);
     Some(Candidates { t, v, w, sum, settled: lanes.bits(lanes.and(settled, in_range)), doubtful })
 }
@@ -137,7 +178,7 @@ fn candidates<L: Lanes>(lanes: L, frame: &Frame, leaf: Leaf, t_max: f32) -> Opti
 /// [`super::bounds::BOX_SLACK`].
 #[cold]
 #[inline(never)]
-fn settle(frame: &Frame, leaf: Leaf, lane: usize, t: f32) -> Option<f32> {
+pub(super) fn settle(frame: &Frame, leaf: Leaf, lane: usize, t: f32) -> Option<f32> {
     let vertex = |i: usize| Vec3::from_array([0, 1, 2].map(|axis| leaf.coordinate(lane, i, axis)));
     let bounds = padded(&[vertex(0), vertex(1), vertex(2)]);
     let (mut near, mut far) = (f32::NEG_INFINITY, f32::INFINITY);
@@ -156,7 +197,7 @@ fn settle(frame: &Frame, leaf: Leaf, lane: usize, t: f32) -> Option<f32> {
 /// Takes the nearest hit of a leaf; says whether there was a nearer one.
 #[inline(always)]
 pub(super) fn closest<L: Lanes>(lanes: L, frame: &Frame, leaf: Leaf, nearest: &mut Nearest) -> bool {
-    let Some(found) = candidates(lanes, frame, leaf, nearest.t) else { return false };
+    let Some(found) = candidates(lanes, &Alone { frame, leaf, t_max: nearest.t }) else { return false };
     let before = nearest.t;
     let (t, v, w, sum) = (lanes.store(found.t), lanes.store(found.v), lanes.store(found.w), lanes.store(found.sum));
     let mut settled = found.settled;
@@ -179,7 +220,7 @@ pub(super) fn closest<L: Lanes>(lanes: L, frame: &Frame, leaf: Leaf, nearest: &m
 /// Whether the ray hits any triangle of a leaf.
 #[inline(always)]
 pub(super) fn occluded<L: Lanes>(lanes: L, frame: &Frame, leaf: Leaf) -> bool {
-    let Some(found) = candidates(lanes, frame, leaf, frame.t_max) else { return false };
+    let Some(found) = candidates(lanes, &Alone { frame, leaf, t_max: frame.t_max }) else { return false };
     found.settled != 0 || {
         let t = lanes.store(found.t);
         let mut doubtful = (0..WIDTH).filter(|lane| found.doubtful >> lane & 1 != 0);

@@ -46,13 +46,17 @@ pub fn trace_block(world: &World<'_>, rays: &[Ray], hits: &[Option<Hit>; BLOCK],
             paths.rest[lane] = Some(Start::camera(*ray, None));
         }
     }
+    let mut shaders = [usize::MAX; BLOCK];
+    for lane in lanes(todo) {
+        if let Some(hit) = &hits[lane] {
+            shaders[lane] = world.shader_of[world.geometry.object(hit)];
+        }
+    }
     while todo != 0 {
-        let shader_at = |lane: usize| hits[lane].map(|hit| world.shader_of[world.geometry.object(&hit)]);
-        let first = shader_at(todo.trailing_zeros() as usize);
-        let same = (0..BLOCK).filter(|lane| todo >> lane & 1 != 0 && shader_at(*lane) == first);
-        let mask = same.fold(0u32, |mask, lane| mask | 1 << lane);
+        let shader = shaders[todo.trailing_zeros() as usize % BLOCK];
+        let mask = lanes(todo).filter(|lane| shaders[*lane] == shader).fold(0u32, |mask, lane| mask | 1 << lane);
         todo &= !mask;
-        match first.and_then(|shader| world.shaders[shader].many()) {
+        match world.shaders[shader].many() {
             Some(bsdf) => shade(world, bsdf, rays, hits, mask, numbers, paths),
             None => {
                 for lane in lanes(mask) {
@@ -125,14 +129,16 @@ fn shade_lanes(
     numbers: &Block,
     paths: &mut Paths,
 ) {
-    let mut surfaces = [Surface::NONE; BLOCK];
-    let (mut position, mut back, mut wo) = (Vectors::ZERO, Vectors::ZERO, Vectors::ZERO);
+    let mut surfaces = Surfaces { position: Vectors::ZERO, face: Vectors::ZERO, margin: [0.0; BLOCK] };
+    let (mut back, mut wo) = (Vectors::ZERO, Vectors::ZERO);
     let mut frames = Frames { x: Vectors::ZERO, y: Vectors::ZERO, z: Vectors::ZERO };
     for lane in lanes(mask) {
         if let Some(hit) = &hits[lane] {
-            surfaces[lane] = world.geometry.surface(hit);
-            position.set(lane, surfaces[lane].position);
-            frames.z.set(lane, surfaces[lane].normal);
+            let surface = world.geometry.surface(hit);
+            surfaces.position.set(lane, surface.position);
+            surfaces.face.set(lane, surface.face);
+            surfaces.margin[lane] = surface.margin;
+            frames.z.set(lane, surface.normal);
             back.set(lane, -rays[lane].direction);
         }
     }
@@ -150,7 +156,7 @@ fn shade_lanes(
     for index in 0..world.lights.sampled() {
         let Some(lamp) = world.lights.lamp(index) else { continue };
         let mut lit = Lit { direction: Vectors::ZERO, distance: [0.0; BLOCK], light: Vectors::ZERO };
-        lit.from(&lamp, &position);
+        lit.from(&lamp, &surfaces.position);
         for lane in 0..BLOCK {
             wi.set(lane, frames.get(lane).local(lit.direction.get(lane)));
         }
@@ -160,7 +166,7 @@ fn shade_lanes(
         for lane in lanes(seen) {
             if wi.get(lane).z > 0.0 && lit.distance[lane] > 0.0 && found.value.get(lane) != Vec3::ZERO {
                 let free = lit.distance[lane] * (1.0 - 1e-4);
-                shadows[count] = surfaces[lane].ray(lit.direction.get(lane), free);
+                shadows[count] = surfaces.ray(lane, lit.direction.get(lane), free);
                 owners[count] = lane;
                 count += 1;
             }
@@ -179,22 +185,40 @@ fn shade_lanes(
     bsdf.evaluate_many(&wo, &wi, [&through_o, &through_i], &mut found);
     // The camera's, the surface's two, and one for each light beyond two.
     let groups = 3 + world.lights.sampled().saturating_sub(2) as u32;
+    let (mut leaving, mut owners, mut count) = ([Ray::NONE; BLOCK], [0; BLOCK], 0);
     for lane in lanes(seen) {
         let (drawn, value, pdf) = (wi.get(lane), found.value.get(lane), found.pdf[lane]);
-        if drawn.z <= 0.0 || pdf <= 0.0 {
-            continue;
+        if drawn.z > 0.0 && pdf > 0.0 && value * (1.0 / pdf) != Vec3::ZERO {
+            leaving[count] = surfaces.ray(lane, frames.get(lane).world(drawn), f32::INFINITY);
+            owners[count] = lane;
+            count += 1;
         }
-        let throughput = value * (1.0 / pdf);
-        if throughput == Vec3::ZERO {
-            continue;
-        }
-        let ray = surfaces[lane].ray(frames.get(lane).world(drawn), f32::INFINITY);
-        let hit = world.geometry.closest(&ray);
+    }
+    let mut next = [None; BLOCK];
+    world.geometry.closest_stream(&leaving[..count], &mut next[..count]);
+    for ((&lane, ray), hit) in owners[..count].iter().zip(leaving).zip(next) {
         if hit.is_some() || world.lights.has_environments() {
-            let proposed = value / pdf;
-            paths.rest[lane] =
-                Some(Start { ray, hit, bounce: 1, throughput, proposed, arrival: Some((pdf, 1.0)), groups });
+            let (value, pdf) = (found.value.get(lane), found.pdf[lane]);
+            let (throughput, proposed) = (value * (1.0 / pdf), value / pdf);
+            let arrival = Some((pdf, 1.0));
+            paths.rest[lane] = Some(Start { ray, hit, bounce: 1, throughput, proposed, arrival, groups });
         }
+    }
+}
+
+/// Surfaces side by side.
+struct Surfaces {
+    position: Vectors,
+    face: Vectors,
+    margin: Lanes,
+}
+
+impl Surfaces {
+    /// As [`Surface::ray`].
+    #[inline(always)]
+    fn ray(&self, lane: usize, direction: Vec3, t_max: f32) -> Ray {
+        let (position, face, margin) = (self.position.get(lane), self.face.get(lane), self.margin[lane]);
+        Surface { position, face, normal: face, object: 0, margin }.ray(direction, t_max)
     }
 }
 

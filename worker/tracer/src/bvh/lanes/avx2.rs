@@ -51,6 +51,12 @@ impl Lanes for Avx2 {
     instruction!(or(a: __m256, b: __m256) -> __m256 = _mm256_or_ps);
 
     #[inline(always)]
+    fn select(self, m: __m256, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: AVX2 by `self`.
+        unsafe { _mm256_blendv_ps(b, a, m) }
+    }
+
+    #[inline(always)]
     fn load(self, from: &[f32; WIDTH]) -> __m256 {
         // SAFETY: AVX2 by `self`; reads the array, with no demand on its alignment.
         unsafe { _mm256_loadu_ps(from.as_ptr()) }

@@ -36,6 +36,8 @@ pub(super) trait Lanes: Copy {
     fn lt(self, a: Self::F, b: Self::F) -> Self::M;
     fn and(self, a: Self::M, b: Self::M) -> Self::M;
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
+    /// `if m { a } else { b }`
+    fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
     /// The first `count` lanes, at most all of them.
     fn first(self, count: usize) -> Self::M;
     /// Bit `i` is lane `i`.

@@ -77,6 +77,10 @@ impl Lanes for Portable {
         from_fn(|i| a[i] | b[i])
     }
     #[inline(always)]
+    fn select(self, m: M, a: F, b: F) -> F {
+        from_fn(|i| if m[i] { a[i] } else { b[i] })
+    }
+    #[inline(always)]
     fn first(self, count: usize) -> M {
         from_fn(|i| i < count)
     }

@@ -1,7 +1,7 @@
 //! Hierarchy, instruction set and packets never change a bit of a hit.
 
 use super::*;
-use crate::bvh::{closest_portable, occluded_packet_portable, occluded_portable, packet_portable};
+use crate::bvh::{closest_portable, occluded_packet_portable, occluded_portable, packet_portable, stream_portable};
 
 /// The definition: the nearest of all triangles, each tested by itself, the smaller index where two are equally near.
 fn one_by_one(alone: &[Bvh], ray: &Ray) -> Option<Hit> {
@@ -92,6 +92,9 @@ fn packets_find_what_single_rays_find() {
                 bvh.closest_packet(&rays, &mut hits);
                 let expected: Vec<Option<Hit>> = rays.iter().map(|ray| bvh.closest(ray)).collect();
                 assert_eq!(hits, expected, "spread {spread}, scale {scale}");
+                let mut hits = vec![None; count];
+                bvh.closest_stream(&rays, &mut hits);
+                assert_eq!(hits, expected, "spread {spread}, scale {scale}");
                 let mut blocked = vec![false; count];
                 bvh.occluded_packet(&rays, &mut blocked);
                 let any: Vec<bool> = expected.iter().map(Option::is_some).collect();
@@ -121,5 +124,35 @@ fn a_packet_of_unlike_rays_is_traced_ray_by_ray() {
     bvh.closest_packet(&rays, &mut hits);
     for (ray, hit) in rays.iter().zip(hits) {
         assert_eq!(hit, bvh.closest(ray));
+    }
+}
+
+/// A few large triangles beside a small part of many, as a part on a board: the root has leaves of its own.
+#[test]
+fn rays_that_leave_together_find_what_single_rays_find() {
+    let mut random = Random(6);
+    for scale in SCALES {
+        let mut triangles = dented_sphere(40, 0.2 * scale, Vec3::ZERO);
+        triangles.extend(random.soup(2, 4.0 * scale, Vec3::ZERO));
+        let bvh = Bvh::build(&triangles);
+        let mut found = 0;
+        for round in 0..200 {
+            let mut rays: Vec<Ray> = (0..21).map(|_| random.ray(scale, Vec3::ZERO)).collect();
+            if round % 2 == 0 {
+                let origin = rays[0].origin;
+                rays.iter_mut().for_each(|ray| ray.origin = origin);
+            }
+            if round % 5 == 0 {
+                rays[3] = Ray::NONE;
+            }
+            let expected: Vec<Option<Hit>> = rays.iter().map(|ray| bvh.closest(ray)).collect();
+            found += expected.iter().flatten().count();
+            let mut hits = vec![None; rays.len()];
+            bvh.closest_stream(&rays, &mut hits);
+            assert_eq!(hits, expected, "scale {scale}");
+            stream_portable(&bvh.layout, &rays[..16], &mut hits[..16]);
+            assert_eq!(hits, expected, "scale {scale}");
+        }
+        assert!((400..3800).contains(&found), "{found} of 4200 rays hit at scale {scale}");
     }
 }

@@ -226,12 +226,12 @@ pub(super) fn closest<L: Lanes>(
             let leaf = Leaf::of(leaves, child);
             let active = enter(lanes, &octets, parent, lane, envelope.backward);
             let mut closer = 0;
-            for group in 0..PACKET / WIDTH {
+            for (group, octet) in octets.iter_mut().enumerate() {
                 let base = group * WIDTH;
                 let mut active = active >> base & 0xff;
                 if 2 * active.count_ones() as usize >= leaf.count {
                     let (rays, nearest) = (&rays[base..], &mut nearest[base..base + WIDTH]);
-                    closer |= octets[group].closest::<L, false>(lanes, axes, leaf, active, rays, nearest) << base;
+                    closer |= octet.closest::<L, false>(lanes, axes, leaf, active, rays, nearest) << base;
                     continue;
                 }
                 while active != 0 {
@@ -239,7 +239,7 @@ pub(super) fn closest<L: Lanes>(
                     active &= active - 1;
                     let Some(frame) = Frame::new(&rays[i]) else { continue };
                     if triangle::closest(lanes, &frame, leaf, &mut nearest[i]) {
-                        octets[group].end(i % WIDTH, nearest[i].t);
+                        octet.end(i % WIDTH, nearest[i].t);
                         closer |= 1 << i;
                     }
                 }
@@ -291,11 +291,11 @@ pub(super) fn occluded<L: Lanes>(
             }
             let leaf = Leaf::of(leaves, child);
             let active = enter(lanes, &octets, parent, lane, envelope.backward) & open;
-            for group in 0..PACKET / WIDTH {
+            for (group, octet) in octets.iter().enumerate() {
                 let base = group * WIDTH;
                 let mut active = active >> base & 0xff;
                 if 2 * active.count_ones() as usize >= leaf.count {
-                    open &= !(octets[group].occluded(lanes, axes, leaf, active, &rays[base..]) << base);
+                    open &= !(octet.occluded(lanes, axes, leaf, active, &rays[base..]) << base);
                     continue;
                 }
                 while active != 0 {

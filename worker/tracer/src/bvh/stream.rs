@@ -38,12 +38,12 @@ pub(super) fn closest<L: Lanes>(lanes: L, nodes: &[Node], leaves: &[f32], rays: 
     }
     for child in (0..WIDTH).filter(|child| used(*child) && Child(root.children[*child]).is_leaf()) {
         let leaf = Leaf::of(leaves, Child(root.children[child]));
-        for group in 0..STREAM / WIDTH {
+        for (group, octet) in octets.iter_mut().enumerate() {
             let base = group * WIDTH;
             let active = (alive & !alone) >> base & 0xff;
-            if active != 0 && active & octets[group].enter(lanes, root, child) != 0 {
+            if active != 0 && active & octet.enter(lanes, root, child) != 0 {
                 let (rays, nearest) = (&rays[base..], &mut nearest[base..base + WIDTH]);
-                octets[group].closest::<L, true>(lanes, [0, 1, 2], leaf, active, rays, nearest);
+                octet.closest::<L, true>(lanes, [0, 1, 2], leaf, active, rays, nearest);
             }
         }
     }

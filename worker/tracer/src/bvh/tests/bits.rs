@@ -133,7 +133,9 @@ fn rays_that_leave_together_find_what_single_rays_find() {
     let mut random = Random(6);
     for scale in SCALES {
         let mut triangles = dented_sphere(40, 0.2 * scale, Vec3::ZERO);
-        triangles.extend(random.soup(2, 4.0 * scale, Vec3::ZERO));
+        let corner = |x: f32, y: f32| scale * Vec3::new(x, y, -0.25);
+        triangles.push([corner(-4.0, -4.0), corner(4.0, -4.0), corner(4.0, 4.0)]);
+        triangles.push([corner(-4.0, -4.0), corner(4.0, 4.0), corner(-4.0, 4.0)]);
         let bvh = Bvh::build(&triangles);
         let mut found = 0;
         for round in 0..200 {
@@ -153,6 +155,6 @@ fn rays_that_leave_together_find_what_single_rays_find() {
             stream_portable(&bvh.layout, &rays[..16], &mut hits[..16]);
             assert_eq!(hits, expected, "scale {scale}");
         }
-        assert!((400..3800).contains(&found), "{found} of 4200 rays hit at scale {scale}");
+        assert!((200..4000).contains(&found), "{found} of 4200 rays hit at scale {scale}");
     }
 }

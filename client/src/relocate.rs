@@ -24,6 +24,7 @@ pub fn relocate(capture: &mut Capture, from: &Path, to: &Path) -> Result<(), Fai
         paths.push(&mut photo.file);
         paths.extend(&mut photo.mask);
     }
+    paths.extend(capture.reflectance.iter_mut().map(|reflectance| &mut reflectance.file));
     for path in paths {
         *path = moved(path, &from, &to)?;
     }

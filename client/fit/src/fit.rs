@@ -10,7 +10,7 @@ use gonio_scene::Capture;
 use gonio_scene::capture::Role;
 use std::time::Instant;
 
-/// Fits the capture's free parameters to its photos with the role `fit`; photos held out are evaluated once, after the
+/// Fits the capture's free parameters to its photos and measured reflectance with the role `fit`; what is held out are evaluated once, after the
 /// last iteration, for their score alone.
 ///
 /// The observer sees every event and may break at any of them; the fit then ends with what it has, not converged, as
@@ -29,7 +29,7 @@ pub fn fit<'a>(
     options.check()?;
     let space = Space::new(capture, &options.start)?;
     let of_role = |role| -> Vec<usize> {
-        capture.photos.iter().enumerate().filter(|(_, p)| p.role == role).map(|(i, _)| i).collect()
+        capture.targets().enumerate().filter(|(_, t)| t.role() == role).map(|(i, _)| i).collect()
     };
     let (fitted, held_out) = (of_role(Role::Fit), of_role(Role::HeldOut));
     if fitted.is_empty() {

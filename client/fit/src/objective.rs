@@ -9,6 +9,7 @@ use crate::event::Iteration;
 use crate::normal::count;
 use crate::{Evaluate, EvaluateError, FitError, FitEvent, Normal, Options, Space};
 use argmin::core::{CostFunction, Error, Gradient};
+use gonio_scene::capture::Target;
 use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
 use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
@@ -245,7 +246,7 @@ impl<'a> Objective<'a> {
                 [("chi-square", p.chi_square), ("squared error", p.squared_error), ("loss variance", p.loss_variance)];
             let bad = sums.into_iter().find(|s| !s.1.is_finite()).or(gram.map(|g| ("Gram matrix", g)));
             if let Some((name, value)) = bad {
-                let photo = self.capture.photos.get(p.photo).map_or("?", |p| p.name()).to_owned();
+                let photo = self.capture.target(p.photo).map_or("?", Target::name).to_owned();
                 let parameters = self.space.describe(values);
                 return Err(FitError::NotFinite { photo, what: format!("{value} ({name})"), parameters });
             }

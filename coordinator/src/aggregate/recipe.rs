@@ -1,5 +1,6 @@
 //! How a film's channels become a photo's predicted values and their derivatives.
 
+use gonio_scene::capture::Target;
 use gonio_scene::derivative::{Contribution, Plan};
 use gonio_scene::{Capture, SensorStage};
 
@@ -42,17 +43,19 @@ pub struct Recipe {
 }
 
 impl Recipe {
-    /// The recipe for photo `photo` of a capture.
+    /// The recipe for photo `photo` of a capture, or for measured reflectance behind the photos.
     #[must_use]
     pub fn new(plan: &Plan, capture: &Capture, photo: usize) -> Self {
         let stage = SensorStage::of(capture, photo);
+        // No sensor has seen it, so none of the sensor's numbers changes it.
+        let reflectance = matches!(capture.target(photo), Some(Target::Reflectance(_)));
         let camera = capture.photos.get(photo).map_or_else(|| capture.camera.clone(), |p| capture.camera_of(p));
         let factor = capture.photos.get(photo).map_or(1.0, gonio_scene::capture::Photo::factor);
         let mut recipe =
             Self { factor, stage, channels: Default::default(), sensor: Vec::new(), columns: plan.columns.len() };
         for (column, contributions) in plan.columns.iter().enumerate() {
             let sensor = contributions.iter().find_map(|contribution| match contribution {
-                Contribution::Sensor { from, to, distance } => Some(SensorColumn {
+                Contribution::Sensor { from, to, distance } if !reflectance => Some(SensorColumn {
                     from: SensorStage::new(from, &camera),
                     to: SensorStage::new(to, &camera),
                     distance: *distance,

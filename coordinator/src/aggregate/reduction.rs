@@ -21,6 +21,8 @@ pub struct ReducedPhoto {
     pub height: u32,
     /// How films become predictions.
     pub recipe: Recipe,
+    /// How sure what was measured is.
+    pub sensor: Sensor,
     /// What was measured, where it is compared with.
     pub photograph: Option<Arc<Photograph>>,
     /// Largest measured value among the pixels that count.
@@ -49,7 +51,6 @@ enum TileState {
 #[derive(Debug)]
 pub struct Reduction {
     output: Output,
-    sensor: Sensor,
     split: Arc<Split>,
     photos: Vec<ReducedPhoto>,
     /// One lock per tile, held by whoever adds a film to it.
@@ -62,11 +63,11 @@ pub struct Reduction {
 impl Reduction {
     /// A reduction that waits for every task of `split`.
     #[must_use]
-    pub fn new(output: Output, sensor: Sensor, split: Arc<Split>, photos: Vec<ReducedPhoto>) -> Self {
+    pub fn new(output: Output, split: Arc<Split>, photos: Vec<ReducedPhoto>) -> Self {
         let tiles: Vec<_> =
             split.tiles.iter().map(|_| Mutex::new(TileState::Collecting(ChunkMerge::default()))).collect();
         let collecting = AtomicUsize::new(tiles.len());
-        Self { output, sensor, split, photos, tiles, collecting, running: Mutex::default() }
+        Self { output, split, photos, tiles, collecting, running: Mutex::default() }
     }
 
     /// Takes the film of one task, which comes once; reduces the tile when it is complete. Returns whether all are.
@@ -88,7 +89,7 @@ impl Reduction {
         let work = &self.split.tiles[index];
         let photo = &self.photos[work.photo];
         let statistics = photo.photograph.as_deref().map(|photograph| {
-            let observed = Observed { tile: work.tile, pixels: &work.pixels, photograph, sensor: &self.sensor };
+            let observed = Observed { tile: work.tile, pixels: &work.pixels, photograph, sensor: &photo.sensor };
             let statistics = compare(film, observed, &photo.recipe, photo.peak);
             let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
             running.observations += statistics.observations;

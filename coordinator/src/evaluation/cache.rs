@@ -73,7 +73,7 @@ impl Captures {
         Ok(described)
     }
 
-    /// Photo `index` of `capture`, which is the described one with some of its numbers changed. Only this photo's file
+    /// Photo (or measured reflectance) `index` of `capture`, which is the described one with some of its numbers changed. Only this photo's file
     /// and mask are read.
     ///
     /// # Errors
@@ -91,8 +91,8 @@ impl Captures {
             return Ok(known);
         }
         let mut files = BTreeMap::new();
-        let photo = &capture.photos[index];
-        for path in [Some(&photo.file), photo.mask.as_ref()].into_iter().flatten() {
+        let target = capture.target(index).ok_or_else(|| Failure::of_request(format!("there is no photo {index}")))?;
+        for path in target.files() {
             // A file that is not there is reported by whoever opens it.
             if let Some((blob, size)) = described.manifest.files.get(path) {
                 let bytes = self.blobs.get(*blob, *size).await.map_err(of_store)?;
@@ -100,7 +100,11 @@ impl Captures {
             }
         }
         let capture = Arc::clone(capture);
-        let read = move || Photograph::load(&capture, &capture.photos[index], &MemoryFiles(files)).map(Arc::new);
+        let read = move || {
+            let target = capture.target(index).ok_or_else(|| "the photo is gone".to_owned())?;
+            let photograph = Photograph::of(&capture, target, &MemoryFiles(files));
+            photograph.map(Arc::new).map_err(|error| error.to_string())
+        };
         let photograph = tokio::task::spawn_blocking(read).await.map_err(Failure::of_farm)?;
         let photograph = photograph.map_err(Failure::of_request)?;
         self.keep(key, &photograph);

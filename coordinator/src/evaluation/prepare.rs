@@ -9,7 +9,7 @@ use futures::{FutureExt, StreamExt, TryStreamExt};
 use gonio_proto::convert::task::Setup;
 use gonio_proto::{Digest, limits};
 use gonio_scene::derivative::Plan;
-use gonio_scene::{EvaluationRequest, MAX_SIDE, Output, Photograph};
+use gonio_scene::{Capture, EvaluationRequest, MAX_SIDE, Output, Photograph};
 use std::sync::Arc;
 use tokio::sync::oneshot;
 
@@ -33,54 +33,46 @@ pub async fn prepare(
     let described = captures.describe(digest).await?;
     let mut capture = described.capture.clone();
     capture.set_numbers(&request.numbers).map_err(Failure::of_request)?;
-    if capture.photos.len() > limits::PHOTOS {
+    let targets = capture.targets().count();
+    if targets > limits::PHOTOS {
         return Err(Failure::of_request(format!("capture.toml has more than {} photos", limits::PHOTOS)));
     }
-    if let Some(index) = request.photos.iter().find(|index| **index >= capture.photos.len()) {
-        return Err(Failure::of_request(format!("photo {index}: the capture has {} photos", capture.photos.len())));
+    if let Some(index) = request.photos.iter().find(|index| **index >= targets) {
+        return Err(Failure::of_request(format!("photo {index}: the capture has {targets} photos")));
     }
     let plan = Plan::new(&capture, &request.columns).map_err(Failure::of_request)?;
     let capture = Arc::new(capture);
 
-    let mut photographs = vec![None; request.photos.len()];
-    if request.output.compares() {
-        let read = |index: &usize| captures.photograph(digest, &described, &capture, *index).boxed();
-        // Made at once but begun in turn: a future does nothing until it is polled.
-        let reads: Vec<_> = request.photos.iter().map(read).collect();
-        let found: Vec<_> = futures::stream::iter(reads).buffered(PHOTOGRAPHS_AT_ONCE).try_collect().await?;
-        photographs = found.into_iter().map(Some).collect();
-    }
+    // Reflectance is read in any case: a film of it has as many pixels as its file has samples.
+    let wanted = |index: usize| request.output.compares() || index >= capture.photos.len();
+    let read = |index: &usize| {
+        let (captures, described, capture, index) = (captures, &described, &capture, *index);
+        async move {
+            let Some(index) = Some(index).filter(|index| wanted(*index)) else { return Ok(None) };
+            captures.photograph(digest, described, capture, index).await.map(Some)
+        }
+        .boxed()
+    };
+    // Made at once but begun in turn: a future does nothing until it is polled.
+    let reads: Vec<_> = request.photos.iter().map(read).collect();
+    let photographs: Vec<_> = futures::stream::iter(reads).buffered(PHOTOGRAPHS_AT_ONCE).try_collect().await?;
+    let compares = request.output.compares();
     let cpu = move || {
         let mut photos = Vec::with_capacity(photographs.len());
         for (index, photograph) in request.photos.iter().zip(photographs) {
-            let photo = &capture.photos[*index];
-            let camera = capture.camera_of(photo);
-            if camera.width.max(camera.height) > MAX_SIDE {
-                let text = format!(
-                    "photo {}: has {}x{} pixels, at most {MAX_SIDE} a side",
-                    photo.name(),
-                    camera.width,
-                    camera.height
-                );
-                return Err(Failure::of_request(text));
-            }
+            let (width, height) = size(&capture, *index, photograph.as_deref())?;
+            let photograph = photograph.filter(|_| compares);
             let peak = photograph.as_deref().map_or(0.0, peak);
             let recipe = Recipe::new(&plan, &capture, *index);
-            photos.push(ReducedPhoto {
-                index: *index,
-                width: camera.width,
-                height: camera.height,
-                recipe,
-                photograph,
-                peak,
-            });
+            let sensor = capture.sensor_of(*index);
+            photos.push(ReducedPhoto { index: *index, width, height, recipe, sensor, photograph, peak });
         }
         let only_counted = request.output == Output::Statistics;
         let areas: Vec<_> = photos.iter().map(|photo| area(photo, only_counted)).collect();
         let split = Split::new(&areas, request.samples, request.output, plan.planes.len());
         let split = split.map_err(Failure::of_request)?.with_difference_samples(request.difference_samples);
         let split = Arc::new(split);
-        let reduction = Reduction::new(request.output, capture.sensor.clone(), Arc::clone(&split), photos);
+        let reduction = Reduction::new(request.output, Arc::clone(&split), photos);
         let first_hits = request.output == Output::FirstHit;
         // First hits depend on no derivative: without columns, workers find the scene that they prepared before.
         let columns = if first_hits { Vec::new() } else { request.columns };
@@ -89,6 +81,20 @@ pub async fn prepare(
         Ok((Arc::new(active), outcome))
     };
     tokio::task::spawn_blocking(cpu).await.map_err(Failure::of_farm)?
+}
+
+/// Width and height of a photo, or of measured reflectance that has been read.
+fn size(capture: &Capture, index: usize, photograph: Option<&Photograph>) -> Result<(u32, u32), Failure> {
+    let Some(photo) = capture.photos.get(index) else {
+        return Ok(photograph.map_or((0, 0), |p| (p.image.width, p.image.height)));
+    };
+    let camera = capture.camera_of(photo);
+    let (width, height) = (camera.width, camera.height);
+    if width.max(height) > MAX_SIDE {
+        let text = format!("photo {}: has {width}x{height} pixels, at most {MAX_SIDE} a side", photo.name());
+        return Err(Failure::of_request(text));
+    }
+    Ok((width, height))
 }
 
 fn area(photo: &ReducedPhoto, only_counted: bool) -> PhotoArea<'_> {

@@ -1,9 +1,10 @@
 //! The contents of the files that a capture names: meshes and maps for rendering, photographs for comparing.
 
-use crate::capture::{CAPTURE_FILE, Capture, LightKind, Photo};
+use crate::capture::{CAPTURE_FILE, Capture, LightKind, Photo, Reflectance, Target};
 use crate::files::Files;
 use crate::image::{self, Image};
 use crate::mesh::{self, Mesh};
+use crate::reflectance::{self, Directions};
 use crate::{Result, SceneError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,10 +16,12 @@ pub struct Assets {
     pub meshes: BTreeMap<String, Arc<Mesh>>,
     /// Environment maps by the path that the capture gives.
     pub maps: BTreeMap<String, Arc<Image>>,
+    /// The direction pairs of measured reflectance by the path that the capture gives; its values are no asset.
+    pub directions: BTreeMap<String, Arc<Directions>>,
 }
 
 impl Assets {
-    /// Reads every mesh and environment map of `capture`.
+    /// Reads every mesh and environment map of `capture`, and the direction pairs of its measured reflectance.
     ///
     /// # Errors
     /// A missing or broken file; an environment map with negative values.
@@ -46,6 +49,11 @@ impl Assets {
                 assets.maps.insert(map.clone(), Arc::new(image));
             }
         }
+        for Reflectance { file, .. } in &capture.reflectance {
+            if !assets.directions.contains_key(file) {
+                assets.directions.insert(file.clone(), Arc::new(Directions::read(files, file)?));
+            }
+        }
         Ok(assets)
     }
 
@@ -58,6 +66,7 @@ impl Assets {
                 paths.push(map.clone());
             }
         }
+        paths.extend(capture.reflectance.iter().map(|r| r.file.clone()));
         if photos {
             for photo in &capture.photos {
                 paths.push(photo.file.clone());
@@ -70,7 +79,7 @@ impl Assets {
     }
 }
 
-/// A photo's measured values and which of its pixels count.
+/// A photo's measured values (or the samples of a reflectance file) and which of its pixels count.
 #[derive(Debug, Clone)]
 pub struct Photograph {
     /// Values as in the file, after response.
@@ -82,6 +91,23 @@ pub struct Photograph {
 }
 
 impl Photograph {
+    /// Reads what was measured for `target`: a photo with its mask, or samples of reflectance, which stand in the image
+    /// as [`Directions`] says, with the values of [`Reflectance::value`].
+    ///
+    /// # Errors
+    /// As [`Photograph::load`] and [`reflectance::read`].
+    pub fn of(capture: &Capture, target: Target<'_>, files: &dyn Files) -> Result<Self> {
+        match target {
+            Target::Photo(photo) => Self::load(capture, photo, files),
+            Target::Reflectance(reflectance) => {
+                let (mut image, counts) = reflectance::read(files, reflectance)?;
+                #[allow(clippy::cast_possible_truncation)]
+                image.pixels.iter_mut().flatten().for_each(|v| *v = reflectance.value(f64::from(*v)).0 as f32);
+                Ok(Self { image, counts, clipped: 0 })
+            }
+        }
+    }
+
     /// Reads a photo and its mask, and holds them against the camera and the sensor.
     ///
     /// # Errors

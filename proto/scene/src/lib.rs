@@ -14,6 +14,7 @@ pub mod film;
 pub mod image;
 pub mod mesh;
 pub mod parameter;
+pub mod reflectance;
 pub mod sensor_stage;
 
 pub use assets::{Assets, Photograph};

@@ -98,7 +98,7 @@ impl Capture {
         let mut out: Vec<Parameter> = Vec::new();
         for full in names {
             let name = full.strip_suffix(":rgb").unwrap_or(full);
-            if Sensor::NOISE.contains(&name) {
+            if Sensor::NOISE.contains(&name) || name.starts_with("reflectance.") {
                 return Err(SceneError::new(
                     CAPTURE_FILE,
                     format!("frees {name}, which no residual determines"),

@@ -14,12 +14,14 @@
 //! A number at its null value is passed over, so that it changes no bit. Everything that turns films into photo values
 //! comes here: statistics, renders, pictures.
 
-use crate::capture::{Camera, Capture, Response, Sensor};
+use crate::capture::{Camera, Capture, Reflectance, Response, Sensor, Target};
 use crate::evaluation::Film;
 
 /// The sensor stage of one camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorStage {
+    /// In place of all else, where the light is a BRDF.
+    reflectance: Option<Box<Reflectance>>,
     response: Response,
     vignetting: Option<[f64; 2]>,
     /// Row c: the share of each channel's light in channel c.
@@ -49,6 +51,7 @@ impl SensorStage {
         let [rg, rb, gr, gb, br, bg] = sensor.crosstalk;
         let (width, height) = (f64::from(camera.width), f64::from(camera.height));
         Self {
+            reflectance: None,
             response: sensor.response,
             vignetting: (sensor.vignetting != [0.0; 2]).then_some(sensor.vignetting),
             mix: (sensor.crosstalk != [0.0; 6]).then_some([[1.0, rg, rb], [gr, 1.0, gb], [br, bg, 1.0]]),
@@ -60,9 +63,14 @@ impl SensorStage {
         }
     }
 
-    /// The stage of photo `index` of a capture; of the capture's own camera where there is no such photo.
+    /// The stage of photo `index` of a capture; of the capture's own camera where there is no such photo. Measured
+    /// reflectance was seen by no sensor: its stage is [`Reflectance::value`].
     #[must_use]
     pub fn of(capture: &Capture, index: usize) -> Self {
+        if let Some(Target::Reflectance(reflectance)) = capture.target(index) {
+            let null = Self::new(&Sensor::default(), &Camera::default());
+            return Self { reflectance: Some(Box::new(reflectance.clone())), ..null };
+        }
         let camera = capture.photos.get(index).map_or_else(|| capture.camera.clone(), |p| capture.camera_of(p));
         Self::new(&capture.sensor, &camera)
     }
@@ -118,6 +126,9 @@ impl SensorStage {
 
     /// The value for a channel's light, and its slope.
     fn curve(&self, light: f64) -> (f64, f64) {
+        if let Some(reflectance) = &self.reflectance {
+            return reflectance.value(light);
+        }
         let (mut value, mut slope) = self.response.apply(light);
         if self.gamma != 1.0 && value > 0.0 {
             let power = libm::pow(value, self.gamma);

@@ -103,9 +103,8 @@ pub fn pack(files: &dyn Files) -> gonio_scene::Result<Packed> {
         }
     }
     let mut absent = BTreeMap::new();
-    for (index, photo) in capture.photos.iter().enumerate() {
-        let paths = [Some(&photo.file), photo.mask.as_ref()];
-        if let Err(error) = paths.into_iter().flatten().try_for_each(|path| add(path)) {
+    for (index, target) in capture.targets().enumerate() {
+        if let Err(error) = target.files().try_for_each(|path| add(path)) {
             absent.insert(index, error);
         }
     }

@@ -19,6 +19,7 @@ mod integrator;
 mod light;
 mod planes;
 mod prepared;
+mod reflectance;
 mod render;
 mod sampler;
 mod scene;

@@ -4,6 +4,7 @@ use crate::difference::{Difference, Middle};
 use crate::geometry::{Geometry, Place, places};
 use crate::light::EnvironmentMap;
 use crate::planes::Forward;
+use crate::reflectance::measured;
 use crate::scene::{Loaded, Scene, View, shader_of, without};
 use crate::shader::Shader;
 use gonio_scene::capture::Material;
@@ -72,6 +73,7 @@ impl Stage {
             shaders: self.shaders(capture, plan)?,
             shader_of: shader_of(capture)?,
             views: capture.photos.iter().map(view).collect::<Result<_>>()?,
+            measured: measured(capture, &self.loaded.assets)?,
         })
     }
 

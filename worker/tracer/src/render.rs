@@ -5,6 +5,7 @@ use crate::camera::Glare;
 use crate::difference::Difference;
 use crate::integrator::{Paths, Start, Tally, World, lights_blocks, trace, trace_block};
 use crate::prepared::Prepared;
+use crate::reflectance::Measured;
 use crate::sampler::{Aside, BLOCK, Block, PixelSampler, Sampler};
 use crate::scene::{Scene, Variant, View};
 use crate::shader::Shader;
@@ -17,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// What to render.
 #[derive(Debug, Clone)]
 pub struct TileTask<'a> {
-    /// Index of the photo.
+    /// Index of the photo, or of measured reflectance behind the photos.
     pub photo: usize,
     /// Rectangle of the photo.
     pub tile: Tile,
@@ -97,6 +98,9 @@ impl Prepared {
     /// forward derivatives are. `proposals` must be of the same capture.
     #[must_use]
     pub fn render_along(&self, proposals: &Self, task: &TileTask<'_>, cancel: &AtomicBool) -> Option<TileFilm> {
+        if let Some(measured) = self.scene.measured(task.photo) {
+            return Some(self.reflect(measured, task));
+        }
         let pixels: Vec<usize> = task.pixels.indices().collect();
         let channels = 3 * (1 + self.planes());
         let mut film = TileFilm {
@@ -204,6 +208,9 @@ impl Prepared {
     /// What the rays through pixel centres hit first: one half of [`FIRST_HIT_CHANNELS`].
     #[must_use]
     pub fn first_hits(&self, photo: usize, tile: Tile, pixels: &PixelSet, cancel: &AtomicBool) -> Option<TileFilm> {
+        if let Some(measured) = self.scene.measured(photo) {
+            return Some(measured.first_hits(tile, pixels));
+        }
         let view = self.scene.views.get(photo)?;
         let channels = FIRST_HIT_CHANNELS.len();
         let indices: Vec<usize> = pixels.indices().collect();
@@ -239,7 +246,8 @@ impl Prepared {
     /// Width and height of a photo.
     #[must_use]
     pub fn size(&self, photo: usize) -> Option<(u32, u32)> {
-        self.scene.views.get(photo).map(|v| (v.width, v.height))
+        let view = self.scene.views.get(photo).map(|v| (v.width, v.height));
+        view.or_else(|| self.scene.measured(photo).map(Measured::size))
     }
 }
 
@@ -254,6 +262,11 @@ enum Together {
 }
 
 impl Scene {
+    /// The measured reflectance with index `target`, which photos come before.
+    fn measured(&self, target: usize) -> Option<&Measured> {
+        self.measured.get(target.checked_sub(self.views.len())?)
+    }
+
     /// Traces samples of a pixel as far as they can go together, at most [`BLOCK`] of them: the same bits as one by one.
     fn block(
         &self,

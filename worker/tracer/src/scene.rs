@@ -4,6 +4,7 @@ use crate::camera::PhotoCamera;
 use crate::geometry::{Geometry, places};
 use crate::light::{EnvironmentMap, PhotoLights};
 use crate::planes;
+use crate::reflectance::Measured;
 use crate::shader::Shader;
 use gonio_scene::capture::{CAPTURE_FILE, Light, LightKind, Photo};
 use gonio_scene::derivative::Plan;
@@ -20,6 +21,8 @@ pub(crate) struct Scene {
     /// Index into `shaders` by object.
     pub(crate) shader_of: Arc<[usize]>,
     pub(crate) views: Vec<Arc<View>>,
+    /// What stands behind the views, by index.
+    pub(crate) measured: Arc<[Measured]>,
 }
 
 /// One photo's camera and lights.
@@ -39,6 +42,8 @@ pub(crate) struct Loaded {
 /// A scene near another, and what a photo sees of the move.
 pub(crate) struct Variant {
     pub(crate) scene: Scene,
+    /// By material: whether its numbers differ.
+    pub(crate) moved: Vec<bool>,
     /// By photo: whether its radiance can differ at all.
     pub(crate) differs: Vec<bool>,
     /// By photo: whether camera rays hit first what they hit in the other scene.
@@ -118,8 +123,9 @@ impl Scene {
         let differs =
             views.iter().zip(&self.views).map(|(is, was)| everywhere || !Arc::ptr_eq(is, was)).collect::<Vec<_>>();
         let same_first_hits = same_camera.iter().map(|camera| same_geometry && *camera).collect();
-        let scene = Self { geometry, without, shaders, shader_of: self.shader_of.clone(), views };
-        Ok(Variant { scene, differs, same_first_hits })
+        let (shader_of, measured) = (self.shader_of.clone(), self.measured.clone());
+        let scene = Self { geometry, without, shaders, shader_of, views, measured };
+        Ok(Variant { scene, moved, differs, same_first_hits })
     }
 }
 

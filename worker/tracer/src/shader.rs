@@ -94,6 +94,12 @@ impl Shader {
         }
     }
 
+    /// A flat sample of the material: the frame's x axis is the tangent, and no variation is known.
+    pub fn flat(&self) -> Local {
+        let detail = self.effects.is_some().then(Detail::flat);
+        Local { basis: Basis { x: Vec3::X, y: Vec3::Y, z: Vec3::Z }, detail }
+    }
+
     /// The effects and the point's details, where the plain model is not all.
     #[inline]
     fn active<'a>(&'a self, local: &'a Local) -> Option<(&'a Effects, &'a Detail)> {

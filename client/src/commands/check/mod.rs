@@ -4,6 +4,7 @@ mod light;
 mod object;
 mod photo;
 mod placed;
+mod reflectance;
 mod text;
 mod vector;
 
@@ -18,6 +19,7 @@ use gonio_scene::{Capture, SceneError};
 use light::LightSummary;
 use object::ObjectSummary;
 use photo::PhotoSummary;
+use reflectance::ReflectanceSummary;
 use serde::Serialize;
 
 /// What is known of a capture after looking at all of its files.
@@ -32,6 +34,8 @@ struct Summary {
     /// What is likely a mistake.
     warnings: Vec<String>,
     photos: Vec<PhotoSummary>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    reflectance: Vec<ReflectanceSummary>,
     objects: Vec<ObjectSummary>,
     lights: Vec<LightSummary>,
     /// What a fit would free.
@@ -96,6 +100,7 @@ fn look(capture: &Capture, files: &dyn Files, names: bool, summary: &mut Summary
     summary.capture.clone_from(&capture.name);
     let mut errors: Vec<SceneError> = Vec::new();
     summary.photos = photo::look(capture, files, &mut errors, &mut summary.warnings);
+    summary.reflectance = reflectance::look(capture, files, &mut errors, &mut summary.warnings);
     summary.objects = object::look(capture, files, &mut errors, &mut summary.warnings);
     summary.lights = light::look(capture, files, &mut errors, &mut summary.warnings);
     errors.sort_by(|a, b| (&a.file, &a.key).cmp(&(&b.file, &b.key)));
@@ -114,7 +119,7 @@ fn look(capture: &Capture, files: &dyn Files, names: bool, summary: &mut Summary
     if summary.parameters.is_empty() {
         summary.warnings.push("capture.toml: fit.parameters is empty: `gonio fit` has nothing to estimate".to_owned());
     }
-    if capture.photos.iter().all(|photo| photo.role == Role::HeldOut) {
+    if capture.targets().all(|target| target.role() == Role::HeldOut) {
         summary.warnings.push("capture.toml: every photo is held out: there is none to fit to".to_owned());
     }
     if names {

@@ -58,10 +58,14 @@ pub(super) fn look(
         };
         let placed = Placed::new(object, mesh);
         let summary = summarise(&placed, capture, &mut seen);
-        warn(&placed, capture, &summary, warnings);
+        if !capture.photos.is_empty() {
+            warn(&placed, capture, &summary, warnings);
+        }
         summaries.push(summary);
     }
-    if capture.objects.is_empty() {
+    if capture.photos.is_empty() {
+        // Measured reflectance alone: nothing is seen.
+    } else if capture.objects.is_empty() {
         warnings.push("capture.toml: object: there is none, so that nothing but lights can be seen".to_owned());
     } else if all_read {
         for (photo, _) in capture.photos.iter().zip(&seen).filter(|(_, seen)| !**seen) {

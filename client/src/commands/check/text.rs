@@ -24,6 +24,14 @@ fn write(summary: &Summary, out: &mut String) -> std::fmt::Result {
             p.name, p.role, p.width, p.height, p.counted, p.clipped
         )?;
     }
+    for m in &summary.reflectance {
+        let [r, g, b] = m.mean;
+        writeln!(
+            out,
+            "samples {:12} {:8} {} of {}, mean {r:.4} {g:.4} {b:.4} per steradian",
+            m.name, m.role, m.samples, m.material
+        )?;
+    }
     for o in &summary.objects {
         let [x, y, z] = o.extent.map(length);
         let shading = if o.normals { "vertex normals" } else { "face normals" };

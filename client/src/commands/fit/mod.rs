@@ -34,8 +34,8 @@ pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
     let mut input = Input::open(&arguments.capture)?;
     free(&mut input.capture, arguments)?;
     // All of them, the held-out too: an hour's fit should not end at a photo that cannot be read.
-    for photo in &input.capture.photos {
-        Photograph::load(&input.capture, photo, &input.files)?;
+    for target in input.capture.targets() {
+        Photograph::of(&input.capture, target, &input.files)?;
     }
     let written = [CAPTURE_FILE, RESULT, REPORT, CHECKPOINT].map(str::to_owned);
     let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;

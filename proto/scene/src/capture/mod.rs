@@ -9,7 +9,9 @@ mod numbers;
 pub mod object;
 pub mod photo;
 mod read;
+pub mod reflectance;
 pub mod sensor;
+pub mod target;
 pub mod visit;
 mod write;
 
@@ -20,7 +22,9 @@ pub use light::{Frame, Light, LightKind, Lobe};
 pub use material::{Material, Model};
 pub use object::Object;
 pub use photo::{Photo, Role};
+pub use reflectance::Reflectance;
 pub use sensor::{Response, Sensor};
+pub use target::Target;
 pub use visit::Range;
 
 use crate::files::Files;
@@ -51,11 +55,14 @@ pub struct Capture {
     pub lights: Vec<Light>,
     /// The photos, in file order.
     pub photos: Vec<Photo>,
+    /// Measured reflectance, in file order.
+    pub reflectance: Vec<Reflectance>,
     /// What a fit frees.
     pub fit: Freed,
 }
 
-const TOP_LEVEL: [&str; 9] = ["format", "name", "camera", "sensor", "material", "object", "light", "photo", "fit"];
+const TOP_LEVEL: [&str; 10] =
+    ["format", "name", "camera", "sensor", "material", "object", "light", "photo", "reflectance", "fit"];
 
 impl Capture {
     /// Reads `capture.toml` from a capture's files.
@@ -113,13 +120,17 @@ impl Capture {
                 Err(SceneError::new(file, format!("is a TOML {}", v.type_str()), format!("write [{key}]")).at(key))
             }
         };
-        Reader::new(file, "camera".into(), table("camera")?).read(&mut capture.camera)?;
+        // Without a photo nothing is seen by a camera.
+        if top.contains_key("camera") || top.contains_key("photo") || !top.contains_key("reflectance") {
+            Reader::new(file, "camera".into(), table("camera")?).read(&mut capture.camera)?;
+        }
         Reader::new(file, "sensor".into(), table("sensor")?).read(&mut capture.sensor)?;
         Reader::new(file, "fit".into(), table("fit")?).read(&mut capture.fit)?;
         capture.materials = read_list(file, &top, "material")?;
         capture.objects = read_list(file, &top, "object")?;
         capture.lights = read_list(file, &top, "light")?;
         capture.photos = read_list(file, &top, "photo")?;
+        capture.reflectance = read_list(file, &top, "reflectance")?;
         capture.check()?;
         Ok(capture)
     }
@@ -134,7 +145,9 @@ impl Capture {
         let mut top = Table::new();
         top.insert("format".into(), Value::Integer(1));
         top.insert("name".into(), Value::String(copy.name.clone()));
-        top.insert("camera".into(), Value::Table(write::write(&mut copy.camera)?));
+        if !copy.photos.is_empty() || copy.camera != Camera::default() {
+            top.insert("camera".into(), Value::Table(write::write(&mut copy.camera)?));
+        }
         if !copy.sensor.is_empty() {
             top.insert("sensor".into(), Value::Table(write::write(&mut copy.sensor)?));
         }
@@ -142,6 +155,7 @@ impl Capture {
         write_list(&mut top, "object", &mut copy.objects)?;
         write_list(&mut top, "light", &mut copy.lights)?;
         write_list(&mut top, "photo", &mut copy.photos)?;
+        write_list(&mut top, "reflectance", &mut copy.reflectance)?;
         if !copy.fit.is_empty() {
             top.insert("fit".into(), Value::Table(write::write(&mut copy.fit)?));
         }
@@ -168,6 +182,9 @@ impl Capture {
         for p in &mut self.photos {
             walk(format!("photo.{}", p.name()), p)?;
         }
+        for r in &mut self.reflectance {
+            walk(format!("reflectance.{}", r.name()), r)?;
+        }
         Ok(())
     }
 
@@ -191,8 +208,23 @@ impl Capture {
         unique("object", self.objects.iter().map(|o| o.name.as_str()))?;
         unique("light", self.lights.iter().map(|l| l.name.as_str()))?;
         unique("photo", self.photos.iter().map(Photo::name))?;
-        if self.photos.is_empty() {
-            return refuse("photo".into(), "is missing: there is no [[photo]]".into(), "add at least one photo");
+        // Reports and output files know both by name alone.
+        unique("reflectance", self.targets().map(Target::name))?;
+        if self.targets().next().is_none() {
+            return refuse(
+                "photo".into(),
+                "is missing: there is no [[photo]]".into(),
+                "add at least one photo, or measured [[reflectance]]",
+            );
+        }
+        for r in &self.reflectance {
+            if !self.materials.iter().any(|m| m.name == r.material) {
+                return refuse(
+                    format!("reflectance.{}.material", r.name()),
+                    format!("names \"{}\", which is no material here", r.material),
+                    "name a [[material]] of this capture",
+                );
+            }
         }
         for o in &self.objects {
             if !self.materials.iter().any(|m| m.name == o.material) {
@@ -249,7 +281,11 @@ fn unique<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Result<()> {
     let mut seen = BTreeSet::new();
     for name in names {
         if !seen.insert(name) {
-            let mend = if what == "photo" { "rename one file: a photo's name is its file's" } else { "rename one" };
+            let mend = match what {
+                "photo" => "rename one file: a photo's name is its file's",
+                "reflectance" => "rename one file: its name counts, among the photos' too",
+                _ => "rename one",
+            };
             return Err(SceneError::new(CAPTURE_FILE, "is a name given twice", mend).at(format!("{what}.{name}")));
         }
     }

@@ -55,8 +55,7 @@ impl Photo {
     /// The name in dotted parameter names and of output files: the file's name without folder and extension.
     #[must_use]
     pub fn name(&self) -> &str {
-        let file = self.file.rsplit(['/', '\\']).next().unwrap_or(&self.file);
-        file.rsplit_once('.').map_or(file, |(stem, _)| if stem.is_empty() { file } else { stem })
+        stem(&self.file)
     }
 
     /// Factor from radiance to exposed light: exposure times gain.
@@ -77,15 +76,27 @@ impl Section for Photo {
             return Err(v.refuse("camera_to_world", problem, "write a rotation and a translation, row-major"));
         }
         v.optional_texts("lights", &mut self.lights)?;
-        let mut role = if self.role == Role::HeldOut { "held-out" } else { "fit" }.to_owned();
-        v.text("role", &mut role, Some("fit"))?;
-        self.role = match role.as_str() {
-            "fit" => Role::Fit,
-            "held-out" => Role::HeldOut,
-            _ => return Err(v.refuse("role", format!("is \"{role}\""), "write \"fit\" or \"held-out\"")),
-        };
+        role(v, &mut self.role)?;
         v.section("camera", &mut self.camera)
     }
+}
+
+/// A file's name without folder and extension.
+pub(super) fn stem(path: &str) -> &str {
+    let file = path.rsplit(['/', '\\']).next().unwrap_or(path);
+    file.rsplit_once('.').map_or(file, |(stem, _)| if stem.is_empty() { file } else { stem })
+}
+
+/// The key `role`.
+pub(super) fn role(v: &mut dyn Visitor, role: &mut Role) -> Result<()> {
+    let mut word = if *role == Role::HeldOut { "held-out" } else { "fit" }.to_owned();
+    v.text("role", &mut word, Some("fit"))?;
+    *role = match word.as_str() {
+        "fit" => Role::Fit,
+        "held-out" => Role::HeldOut,
+        _ => return Err(v.refuse("role", format!("is \"{word}\""), "write \"fit\" or \"held-out\"")),
+    };
+    Ok(())
 }
 
 /// Why a matrix is no rigid motion, with a tolerance for poses written with few digits.

@@ -55,6 +55,14 @@ pub struct Detail {
     tilts: [Vec2; VARIATIONS],
 }
 
+impl Detail {
+    /// Of a flat sample, which is no place of an object.
+    pub fn flat() -> Self {
+        let site = Site { albedo: 1.0, roughness: 1.0, axis: Vec3::Y };
+        Self { site, values: [0.0; VARIATIONS], tilts: [Vec2::ZERO; VARIATIONS] }
+    }
+}
+
 impl Variation {
     fn new(coefficients: &[f64; VARIATIONS], key: &str, material: &str, plan: &Plan) -> Self {
         let planes: [PlaneIndex; VARIATIONS] =

@@ -97,7 +97,7 @@ pub fn assets() -> Assets {
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let sides: Vec<[u32; 3]> = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
     let meshes = BTreeMap::from([("board".to_owned(), board), ("block".to_owned(), mesh(&corners, &sides))]);
-    Assets { meshes, maps: BTreeMap::new() }
+    Assets { meshes, ..Assets::default() }
 }
 
 /// A film of a photo with seed 5.

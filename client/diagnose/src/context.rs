@@ -24,12 +24,11 @@ impl<'a> Context<'a> {
             .map(|object| {
                 let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
                 for p in assets.meshes.get(&object.mesh).map(|m| m.positions.as_slice()).unwrap_or_default() {
-                    for axis in 0..3 {
+                    let world = [0, 1, 2].map(|axis| {
                         let m = &object.object_to_world[axis];
-                        let x = m[3] + (0..3).map(|k| m[k] * f64::from(p[k])).sum::<f64>();
-                        bounds[0][axis] = bounds[0][axis].min(x);
-                        bounds[1][axis] = bounds[1][axis].max(x);
-                    }
+                        m[3] + (0..3).map(|k| m[k] * f64::from(p[k])).sum::<f64>()
+                    });
+                    include(&mut bounds, world, world);
                 }
                 bounds
             })
@@ -72,10 +71,8 @@ impl<'a> Context<'a> {
     pub fn part_box(&self) -> ([f64; 3], [f64; 3]) {
         let mut all = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         for part in self.parts() {
-            for axis in 0..3 {
-                all[0][axis] = all[0][axis].min(self.boxes[part][0][axis]);
-                all[1][axis] = all[1][axis].max(self.boxes[part][1][axis]);
-            }
+            let [low, high] = self.boxes[part];
+            include(&mut all, low, high);
         }
         let middle = |axis: usize| if all[0][axis] <= all[1][axis] { 0.5 * (all[0][axis] + all[1][axis]) } else { 0.0 };
         let half = |axis: usize| (0.5 * (all[1][axis] - all[0][axis])).max(1e-6);
@@ -94,4 +91,10 @@ impl<'a> Context<'a> {
         let photos = &self.capture.photos;
         photos.iter().map(far).sum::<f64>() / (photos.len().max(1) as f64)
     }
+}
+
+/// Grows a box so that it holds another.
+fn include(bounds: &mut [[f64; 3]; 2], low: [f64; 3], high: [f64; 3]) {
+    bounds[0] = [0, 1, 2].map(|axis| bounds[0][axis].min(low[axis]));
+    bounds[1] = [0, 1, 2].map(|axis| bounds[1][axis].max(high[axis]));
 }

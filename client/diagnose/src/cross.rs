@@ -5,7 +5,9 @@ use crate::quadratic::Quadratic;
 use gonio_scene::PhotoStatistics;
 use nalgebra::DVector;
 
-/// Each photo's chi-square under the model fitted to the other photos. `parameters` is how many columns the statistics
+/// Each photo's deviance, twice its negative log predictive density less a constant, under the model fitted to the other
+/// photos: chi-square plus the logarithms of the variances that it was weighed by. Chi-square alone would reward a model
+/// for a noisier render, whose variance excuses every misfit. `parameters` is how many columns the statistics
 /// have; `of_photo` tells whether a column belongs to this photo alone, and so is fitted to it all the same.
 #[must_use]
 pub fn left_out(photos: &[PhotoStatistics], parameters: usize, of_photo: &dyn Fn(usize, usize) -> bool) -> Vec<f64> {
@@ -27,10 +29,10 @@ pub fn left_out(photos: &[PhotoStatistics], parameters: usize, of_photo: &dyn Fn
         }
         rest.solve()
     };
-    photos.iter().enumerate().map(|(out, p)| p.chi_square + each[out].change(&step(out))).collect()
+    photos.iter().enumerate().map(|(out, p)| p.chi_square + p.log_variance + each[out].change(&step(out))).collect()
 }
 
-/// Mean difference per observation of two models' left-out chi-squares, and its standard error from the photos' scatter.
+/// Mean difference per observation of two models' left-out deviances, and its standard error from the photos' scatter.
 #[must_use]
 pub fn gain(before: &[f64], after: &[f64], observations: u64) -> (f64, f64) {
     let n = before.len().min(after.len()) as f64;

@@ -63,7 +63,7 @@ pub fn diagnose(
         return Err(FitError::NoFitPhotos.into());
     }
     tell(observer, &DiagnoseEvent::Stage { text: "fitting the base model".to_owned() })?;
-    let base = Model::fit(fitted, Vec::new(), Vec::new(), &options.base_fit(), workshop, observer)?;
+    let base = Model::fit(&fitted, Vec::new(), Vec::new(), &options.base_fit(), workshop, observer)?;
     let (structure_before, before) = structure(&base, options, workshop, observer)?;
     let selection = select(base, options, workshop, observer)?;
     let (structure_after, after) = if selection.additions.is_empty() {

@@ -31,7 +31,7 @@ pub enum DiagnoseEvent {
     Ranked {
         /// Names and cross-validated gains of chi-square per observation, best first.
         ranking: Vec<(String, f64)>,
-        /// The model's chi-square per observation on photos left out one at a time.
+        /// The model's chi-square per observation on the photos that it was fitted to.
         reduced_chi_square: f64,
     },
     /// An effect was fitted.

@@ -28,7 +28,7 @@ pub struct Model {
     pub parts: Vec<Part>,
     /// The fit.
     pub fit: FitResult,
-    /// Each photo's chi-square when fitted to the others.
+    /// Each photo's deviance when fitted to the others.
     pub left_out: Vec<f64>,
 }
 
@@ -38,16 +38,16 @@ impl Model {
     /// # Errors
     /// A fit that fails or is cancelled.
     pub fn fit(
-        capture: Capture,
+        capture: &Capture,
         files: Vec<(String, &'static [u8])>,
         parts: Vec<Part>,
         options: &Options,
         workshop: &dyn Workshop,
         observer: &mut Observer<'_>,
     ) -> Result<Self, DiagnoseError> {
-        let mut farm = workshop.open(&capture, &files)?;
+        let mut farm = workshop.open(capture, &files)?;
         let mut stopped = false;
-        let fit = gonio_fit::fit(&capture, farm.as_mut(), options, &mut |event| {
+        let fit = gonio_fit::fit(capture, farm.as_mut(), options, &mut |event| {
             let flow = observer(&DiagnoseEvent::Fit { fit: event.clone() });
             stopped |= flow == ControlFlow::Break(());
             flow
@@ -56,7 +56,7 @@ impl Model {
             return Err(DiagnoseError::Cancelled);
         }
         let mut fit = fit?;
-        let capture = fit.apply(&capture)?;
+        let capture = fit.apply(capture)?;
         if fit.samples < options.max_samples {
             // Chi-squares compare only between equal samples, and a fit may end with fewer.
             let request = EvaluationRequest {
@@ -100,13 +100,20 @@ impl Model {
         self.fit.photos.iter().map(|p| p.chi_square).sum::<f64>() / (self.observations() as f64).max(1.0)
     }
 
-    /// Decrease of left-out chi-square per observation from `before`, and its standard error.
+    /// Decrease of left-out deviance per observation from `before`, and its standard error.
     #[must_use]
     pub fn gain_over(&self, before: &[f64]) -> (f64, f64) {
         cross::gain(before, &self.left_out, self.observations())
     }
 
-    /// Each photo's chi-square when fitted to the others, from other statistics at this model's values, whose first
+    /// Part of the photos whose deviance, when left out, is below `before`.
+    #[must_use]
+    pub fn share_over(&self, before: &[f64]) -> f64 {
+        let better = self.left_out.iter().zip(before).filter(|(after, before)| after < before).count();
+        better as f64 / self.left_out.len().max(1) as f64
+    }
+
+    /// Each photo's deviance when fitted to the others, from other statistics at this model's values, whose first
     /// columns are its own.
     #[must_use]
     pub fn left_out_of(&self, photos: &[PhotoStatistics]) -> Vec<f64> {

@@ -35,7 +35,7 @@ pub fn refit(
     }
     let mut parts = model.parts.clone();
     parts.push(Part { effect: candidate.effect, variant: candidate.variant.clone() });
-    Model::fit(capture, files, parts, options, workshop, observer)
+    Model::fit(&capture, files, parts, options, workshop, observer)
 }
 
 /// The capture with a variant present, its numbers `change` from their nulls, and freed.

@@ -10,11 +10,17 @@ use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 use gonio_scene::{Assets, EvaluationRequest, Output};
 
-/// Decrease of chi-square per observation below which no gain matters, whatever its significance: what the noise of
-/// weights and derivatives and the renderer's own tables leave in captures without any effect.
-pub const FLOOR: f64 = 0.002;
+/// Decrease of deviance per observation below which no gain matters, whatever its significance. Two renderers that agree to a
+/// part in a thousand still differ along shadow edges: on captures of another renderer without any effect, a shift of the
+/// lamp by a fifth of a millimetre gains 0.002 to 0.007.
+pub const FLOOR: f64 = 0.008;
 /// A gain must exceed so many of its standard errors between photos.
 const ERRORS: f64 = 1.8;
+/// Or, as the photos of an effect that is strong in some and weak in others scatter by nature, be so many times what
+/// matters, with this part of the photos better predicted.
+const LARGE: f64 = 4.0;
+/// See [`LARGE`].
+const MAJORITY: f64 = 0.66;
 /// A rival that reaches this part of the best's gain, or all but this many standard errors of the difference, is not
 /// rejected.
 const RIVAL: f64 = 0.93;
@@ -75,7 +81,7 @@ pub fn select(
         let (probe, ranked, here) = rank(&model, &left, options, workshop, observer)?;
         let names =
             ranked.iter().map(|s| (probe.candidates[s.candidate].effect.name.to_owned(), s.cross_gain)).collect();
-        let reduced_chi_square = here.iter().sum::<f64>() / model.observations() as f64;
+        let reduced_chi_square = model.reduced_chi_square();
         tell(observer, &DiagnoseEvent::Ranked { ranking: names, reduced_chi_square })?;
         if round == 0 {
             trials = left.iter().map(|e| trial(e, &probe, &ranked)).collect();
@@ -87,7 +93,11 @@ pub fn select(
         let chance = options.false_alarms / effects.len() as f64;
         let short: Vec<&Score> = ranked
             .iter()
-            .filter(|s| s.cross_gain > least && s.cross_gain > 0.8 * s.cross_error && s.p_value < chance)
+            .filter(|s| {
+                s.cross_gain > least
+                    && (s.cross_gain > 0.8 * s.cross_error || s.cross_gain > LARGE * least)
+                    && s.p_value < chance
+            })
             .take(options.shortlist)
             .collect();
         let mut fitted: Vec<(&Score, Model, f64, f64)> = Vec::new();
@@ -127,7 +137,8 @@ pub fn select(
             refuse(&mut trials, name, &format!("gains {other_gain:.4} when fitted, another {gain:.4}"));
         }
         let effect = probe.candidates[score.candidate].effect;
-        if gain < least || gain < ERRORS * error {
+        let supported = gain >= ERRORS * error || (gain >= LARGE * least && best.share_over(&here) >= MAJORITY);
+        if gain < least || !supported {
             refuse(
                 &mut trials,
                 effect.name,
@@ -150,7 +161,7 @@ pub fn select(
     }
     if !additions.is_empty() {
         tell(observer, &DiagnoseEvent::Stage { text: "fitting the extended model".to_owned() })?;
-        model = Model::fit(model.capture, model.files, model.parts, &options.last_fit(), workshop, observer)?;
+        model = Model::fit(&model.capture, model.files, model.parts, &options.last_fit(), workshop, observer)?;
     }
     Ok(Selection { base, model, additions, trials })
 }

@@ -93,9 +93,8 @@ fn explained(pixels: &[Pixel], covariate: usize, name: &str) -> Structure {
     let mut sums = vec![[[[0.0_f64; 3]; 3]; 2]; edges.len() + 1];
     for pixel in pixels {
         let Some(b) = bin(pixel) else { continue };
-        for channel in 0..3 {
-            let z = pixel.residual[channel].clamp(-CUT, CUT);
-            let cell = &mut sums[b][usize::from(pixel.odd)][channel];
+        for (residual, cell) in pixel.residual.iter().zip(&mut sums[b][usize::from(pixel.odd)]) {
+            let z = residual.clamp(-CUT, CUT);
             cell[0] += 1.0;
             cell[1] += z;
             cell[2] += z * z;
@@ -104,9 +103,8 @@ fn explained(pixels: &[Pixel], covariate: usize, name: &str) -> Structure {
     let (mut gain, mut total) = (0.0, 0.0);
     for cell in &sums {
         for half in 0..2 {
-            for channel in 0..3 {
-                let [n, sum, squares] = cell[half][channel];
-                let [other, other_sum, _] = cell[1 - half][channel];
+            for (this, other) in cell[half].iter().zip(&cell[1 - half]) {
+                let ([n, sum, squares], [other, other_sum, _]) = (*this, *other);
                 total += squares;
                 if other as usize >= FEWEST {
                     let mean = other_sum / other;

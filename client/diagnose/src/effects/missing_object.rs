@@ -68,7 +68,7 @@ pub const EFFECT: Effect = Effect {
             let number = |key: &str| format!("object.{name}.{key}");
             let mut variant =
                 Variant::of(format!("at {:.0} degrees, {distance:.3} m", azimuth.to_degrees()), vec![presence])
-                    .adding(Structure::Object(object, material, BOX));
+                    .adding(Structure::Object(Box::new((object, material)), BOX));
             variant.settings = vec![(number("presence"), 1.0)];
             variant.free = vec![
                 format!("material.{name}.base_color"),

@@ -26,7 +26,6 @@ mod roughness_variation;
 mod second_light;
 mod second_lobe;
 mod sheen;
-mod translucency;
 mod veiling_glare;
 mod vignetting;
 
@@ -34,7 +33,7 @@ use crate::context::Context;
 use gonio_scene::Capture;
 
 /// Every effect that a diagnosis considers, by family.
-pub const CATALOGUE: [&Effect; 26] = [
+pub const CATALOGUE: [&Effect; 25] = [
     &diffuse_roughness::EFFECT,
     &second_lobe::EFFECT,
     &clear_coat::EFFECT,
@@ -43,7 +42,6 @@ pub const CATALOGUE: [&Effect; 26] = [
     &sheen::EFFECT,
     &albedo_variation::EFFECT,
     &roughness_variation::EFFECT,
-    &translucency::EFFECT,
     &ambient_light::EFFECT,
     &second_light::EFFECT,
     &light_position::EFFECT,
@@ -123,7 +121,7 @@ pub enum Structure {
     /// A light, at intensity or radiance zero.
     Light(gonio_scene::capture::Light),
     /// An object that is absent (presence 0), its material, and the contents of its mesh file.
-    Object(gonio_scene::capture::Object, gonio_scene::capture::Material, &'static [u8]),
+    Object(Box<(gonio_scene::capture::Object, gonio_scene::capture::Material)>, &'static [u8]),
     /// A point light becomes a sphere of radius zero.
     PointToSphere(String),
 }
@@ -242,7 +240,8 @@ impl Structure {
                 }
                 None
             }
-            Self::Object(object, material, mesh) => {
+            Self::Object(added, mesh) => {
+                let (object, material) = &**added;
                 if !capture.objects.iter().any(|o| o.name == object.name) {
                     capture.objects.push(object.clone());
                     capture.materials.push(material.clone());
@@ -286,7 +285,9 @@ mod tests {
         let names: BTreeSet<_> = CATALOGUE.iter().map(|e| e.name).collect();
         assert_eq!(names.len(), CATALOGUE.len());
         for effect in CATALOGUE {
-            let known = |n: &&str| names.contains(n) || ["ior", "roughness", "light colour", "exposure"].contains(n);
+            let known = |n: &&str| {
+                names.contains(n) || ["ior", "roughness", "light colour", "exposure", "translucency"].contains(n)
+            };
             assert!(effect.looks_like.iter().all(|n| known(n)), "{}", effect.name);
         }
     }

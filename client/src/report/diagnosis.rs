@@ -65,7 +65,7 @@ impl DiagnosisReport<'_> {
                 format!("Nothing that matters: the residuals look like noise (reduced chi-square {base}).")
             }
             Verdict::Named => {
-                let names: Vec<String> = d.found.iter().map(|f| names(f)).collect();
+                let names: Vec<String> = d.found.iter().map(names).collect();
                 format!("The simulation lacks {}{gain}.", names.join(", and "))
             }
             Verdict::Unexplained => {

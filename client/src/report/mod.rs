@@ -124,6 +124,7 @@ mod tests {
             correlations: vec![vec![1.0, -0.96], vec![-0.96, 1.0]],
             warnings: vec!["a <i>warning</i>".to_owned()],
             loss_curve: vec![point(1, 120.0), point(2, 3.0), point(3, 1.02)],
+            photos: Vec::new(),
         }
     }
 

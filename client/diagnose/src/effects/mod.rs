@@ -288,7 +288,7 @@ mod tests {
             let known = |n: &&str| {
                 names.contains(n) || ["ior", "roughness", "light colour", "exposure", "translucency"].contains(n)
             };
-            assert!(effect.looks_like.iter().all(|n| known(n)), "{}", effect.name);
+            assert!(effect.looks_like.iter().all(known), "{}", effect.name);
         }
     }
 }

@@ -68,7 +68,7 @@ pub fn films(effect: &str, strength: f64, world: &World, samples: u32, seed: u64
 fn disk(count: usize) -> impl ExactSizeIterator<Item = [f64; 2]> {
     let spiral = move |i: usize| {
         let (radius, angle) = (((i / 2) as f64 + 0.5) / (count / 2) as f64, PI * (3.0 - 5f64.sqrt()) * (i / 2) as f64);
-        let turned = angle + if i % 2 == 0 { 0.0 } else { TAU / 2.0 };
+        let turned = angle + if i.is_multiple_of(2) { 0.0 } else { TAU / 2.0 };
         [radius.sqrt() * libm::cos(turned), radius.sqrt() * libm::sin(turned)]
     };
     (0..count).map(spiral)

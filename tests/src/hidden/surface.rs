@@ -107,7 +107,7 @@ fn anisotropic(world: &World, strength: f64, roughness: f64, samples: u32, seed:
     let part = &world.assets.meshes[&format!("{PART}.ply")];
     let tilts = 0..2 * halves.len();
     let worlds = tilts.map(|i| {
-        let tilt = spread * halves[i / 2] * if i % 2 == 0 { 1.0 } else { -1.0 };
+        let tilt = spread * halves[i / 2] * if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         world.with_part(mesh::tilted(part, |_, n| {
             let along = cross([0.0, 0.0, 1.0], n);
             if dot(along, along) < 1e-12 { [tilt, 0.0, 0.0] } else { scale(unit(along), tilt) }

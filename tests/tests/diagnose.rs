@@ -2,7 +2,7 @@
 //! that the diagnosis fits with, through the embedded farm.
 //!
 //! The whole catalogue at two strengths, and many captures without an effect, take too long for here: they are the example
-//! `confusion`, and its last outcome is `tests/confusion.md`.
+//! `confusion`.
 
 #![allow(clippy::unwrap_used)] // a test fails by panicking
 

@@ -2,6 +2,8 @@
 
 #![allow(missing_docs, clippy::unwrap_used, clippy::missing_panics_doc)]
 
+pub mod hidden;
+
 use gonio_scene::film::{PixelSet, Tile};
 use gonio_scene::{Assets, Capture};
 use gonio_tracer::{Stage, TileTask};

@@ -5,7 +5,7 @@ use crate::judge::{Judgement, judge, with_held_out};
 use crate::model::Model;
 use crate::result::{Considered, Diagnosis, Finding, FoundParameter, HeldOut, Verdict};
 use crate::score::tail_probability;
-use crate::select::{Selection, Trial, importance, select};
+use crate::select::{Addition, Selection, Trial, importance, select};
 use crate::structure::{STRONG, Seen, Structure, structure};
 use crate::workshop::{Observer, Workshop, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
@@ -17,6 +17,9 @@ use std::time::Instant;
 
 /// A base model that leaves more than this part of its excess over the noise unexplained has not been explained.
 const MOSTLY: f64 = 0.5;
+
+/// Chi-square per observation of a base model that is no noise, whatever it depends on.
+const MISFIT: f64 = 1.5;
 
 /// A diagnosis and what a report shows besides.
 #[derive(Debug, Clone)]
@@ -76,7 +79,8 @@ pub fn diagnose(
         Err(DiagnoseError::Cancelled) => return Err(DiagnoseError::Cancelled),
         Err(error) => (None, Some(error.to_string())),
     };
-    let mut diagnosis = conclude(whole, &selection, judgement.as_ref(), &structure_after, options)?;
+    let left = [&structure_before[..], &structure_after[..]];
+    let mut diagnosis = conclude(whole, &selection, judgement.as_ref(), left, options)?;
     diagnosis.seconds = begin.elapsed().as_secs_f64();
     let model = if diagnosis.found.is_empty() { &selection.base } else { &selection.model };
     let capture = with_held_out(model, whole)?;
@@ -100,7 +104,7 @@ fn conclude(
     whole: &Capture,
     selection: &Selection,
     judgement: Option<&Judgement>,
-    left: &[Structure],
+    left: [&[Structure]; 2],
     options: &Options,
 ) -> Result<Diagnosis, DiagnoseError> {
     let (base, model) = (&selection.base, &selection.model);
@@ -109,7 +113,8 @@ fn conclude(
     let (before, after) = judgement.map_or((base.fit.fit.reduced_chi_square, model.fit.fit.reduced_chi_square), |j| {
         (j.before.reduced_chi_square, j.after.reduced_chi_square)
     });
-    let strongest = left.first().filter(|s| s.strength > STRONG).cloned();
+    let strong = |left: &[Structure]| left.first().filter(|s| s.strength > STRONG).cloned();
+    let mut strongest = strong(left[1]);
     let mut why_not = None;
     if !selection.additions.is_empty() {
         if judgement.is_some_and(|j| j.log_density_gain <= 0.0) {
@@ -120,6 +125,8 @@ fn conclude(
     }
     let found = if why_not.is_some() { Vec::new() } else { findings(selection, judgement)? };
     if let Some(why) = &why_not {
+        // What was refused leaves the base model, and what is left of that.
+        strongest = strong(left[0]);
         for addition in &selection.additions {
             let names = addition.effects.iter().map(|e| e.name);
             for name in names {
@@ -128,6 +135,10 @@ fn conclude(
                 }
             }
         }
+    }
+    if found.is_empty() && strongest.is_none() && base.fit.fit.reduced_chi_square > MISFIT {
+        // No covariate that we know carries it, but noise it is not.
+        strongest = left[0].first().cloned();
     }
     let verdict = match (&found[..], &strongest) {
         ([_, ..], _) => Verdict::Named,
@@ -177,7 +188,7 @@ fn findings(selection: &Selection, judgement: Option<&Judgement>) -> Result<Vec<
                 })
                 .collect();
             Finding {
-                effects: addition.effects.iter().map(|e| e.name.to_owned()).collect(),
+                effects: names_of(addition, model),
                 parameters,
                 score: addition.score,
                 p_value: addition.p_value,
@@ -186,6 +197,13 @@ fn findings(selection: &Selection, judgement: Option<&Judgement>) -> Result<Vec<
             }
         })
         .collect())
+}
+
+/// The set's names, without rivals that were found on their own.
+fn names_of(addition: &Addition, model: &Model) -> Vec<String> {
+    let (first, rivals) = addition.effects.split_at(1.min(addition.effects.len()));
+    let apart = rivals.iter().filter(|r| !model.parts.iter().any(|p| p.effect.name == r.name));
+    first.iter().chain(apart).map(|e| e.name.to_owned()).collect()
 }
 
 fn separation(effects: &[&'static Effect]) -> String {

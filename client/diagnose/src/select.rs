@@ -128,6 +128,12 @@ pub fn select(
                     reduced_chi_square: there.reduced_chi_square(),
                 },
             )?;
+            let (moved, least_move) = (there.last_move(), candidate.variant.least_move);
+            if moved < least_move {
+                let why = format!("gains {gain:.4} by a move of {moved:.2e}; {least_move:.2e} would matter");
+                refuse(&mut trials, candidate.effect.name, &why);
+                continue;
+            }
             fitted.push((score, there, gain, standard_error));
         }
         fitted.sort_by(|a, b| b.2.total_cmp(&a.2));

@@ -72,7 +72,9 @@ fn events_come_in_order_and_the_result_is_the_documented_json() {
     assert_eq!(json["parameters"][0]["start"], 0.5);
     assert!(json["fit"]["rmse"].as_f64().unwrap() > 0.0 && json["held_out"]["psnr"].as_f64().unwrap() > 0.0);
     assert_eq!(json["correlations"].as_array().unwrap().len(), 6);
-    assert_eq!(serde_json::from_value::<FitResult>(json).unwrap(), result);
+    // The photos' sums stay in memory.
+    let written = FitResult { photos: Vec::new(), ..result.clone() };
+    assert_eq!(serde_json::from_value::<FitResult>(json).unwrap(), written);
     let sampled: u64 = fake.requests.iter().map(|r| r.photos.len() as u64 * 100 * u64::from(r.samples)).sum();
     assert_eq!(result.primary_samples, sampled);
 }

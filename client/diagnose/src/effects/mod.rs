@@ -111,6 +111,9 @@ pub struct Variant {
     /// Numbers to be found by a pattern search before the refit, with their first step: places, from which a gradient sees
     /// only as far as an edge is wide.
     pub search: Vec<(String, f64)>,
+    /// Smallest distance of the numbers from their nulls, together and in their own unit, that is of interest: below it two
+    /// renderers differ as much.
+    pub least_move: f64,
     /// Whether each number belongs to one photo, so that other photos say nothing about it.
     pub of_photos: bool,
 }
@@ -195,6 +198,7 @@ impl Variant {
             free,
             gray: Vec::new(),
             search: Vec::new(),
+            least_move: 0.0,
             of_photos: false,
         }
     }

@@ -79,5 +79,18 @@ pub fn tell_error(line: &str) {
 /// # Errors
 /// A value that JSON cannot hold.
 pub fn to_json(value: &impl serde::Serialize) -> Result<String, Failure> {
-    serde_json::to_string(value).map_err(|error| Failure::Failed(format!("the result is no JSON: {error}")))
+    serde_json::to_string(value).map_err(no_json)
+}
+
+/// `value` as JSON text with line breaks, for a file that people read too.
+///
+/// # Errors
+/// As [`to_json`].
+pub fn to_pretty_json(value: &impl serde::Serialize) -> Result<String, Failure> {
+    serde_json::to_string_pretty(value).map_err(no_json)
+}
+
+#[allow(clippy::needless_pass_by_value)] // Its place is in `map_err`.
+fn no_json(error: serde_json::Error) -> Failure {
+    Failure::Failed(format!("the result is no JSON: {error}"))
 }

@@ -32,13 +32,18 @@ pub fn left_out(photos: &[PhotoStatistics], parameters: usize, of_photo: &dyn Fn
     photos.iter().enumerate().map(|(out, p)| p.chi_square + p.log_variance + each[out].change(&step(out))).collect()
 }
 
-/// Mean difference per observation of two models' left-out deviances, and its standard error from the photos' scatter.
+/// The sum of per-photo gains per observation, and its standard error from the photos' scatter.
 #[must_use]
-pub fn gain(before: &[f64], after: &[f64], observations: u64) -> (f64, f64) {
-    let n = before.len().min(after.len()) as f64;
-    let each: Vec<f64> = before.iter().zip(after).map(|(b, a)| b - a).collect();
-    let sum: f64 = each.iter().sum();
-    let variance = each.iter().map(|g| (g - sum / n).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+pub fn per_observation(gains: &[f64], observations: u64) -> (f64, f64) {
+    let (n, sum) = (gains.len() as f64, gains.iter().sum::<f64>());
+    let variance = gains.iter().map(|g| (g - sum / n).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
     let observations = (observations as f64).max(1.0);
     (sum / observations, (n * variance).sqrt() / observations)
+}
+
+/// Difference per observation of two models' left-out deviances, see [`per_observation`].
+#[must_use]
+pub fn gain(before: &[f64], after: &[f64], observations: u64) -> (f64, f64) {
+    let each: Vec<f64> = before.iter().zip(after).map(|(b, a)| b - a).collect();
+    per_observation(&each, observations)
 }

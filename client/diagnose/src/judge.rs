@@ -1,5 +1,6 @@
 //! The judgement: both models on the photos that nothing has looked at until now.
 
+use crate::cross::per_observation;
 use crate::model::Model;
 use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
@@ -68,16 +69,14 @@ pub fn judge(
         sum
     };
     let (sum_before, sum_after) = (total(&before), total(&after));
-    let observations = (sum_before.observations as f64).max(1.0);
     let density = |p: &PhotoStatistics| -0.5 * (p.log_variance + p.chi_square);
     let gains: Vec<f64> = before.iter().zip(&after).map(|(b, a)| density(a) - density(b)).collect();
-    let (n, sum) = (gains.len() as f64, gains.iter().sum::<f64>());
-    let variance = gains.iter().map(|g| (g - sum / n).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    let (log_density_gain, standard_error) = per_observation(&gains, sum_before.observations);
     Ok(Some(Judgement {
         before: Score::new(&sum_before, 0),
         after: Score::new(&sum_after, 0),
-        log_density_gain: sum / observations,
-        standard_error: (gains.len() > 1).then(|| (n * variance).sqrt() / observations),
+        log_density_gain,
+        standard_error: (gains.len() > 1).then_some(standard_error),
     }))
 }
 

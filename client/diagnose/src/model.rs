@@ -59,14 +59,14 @@ impl Model {
         let capture = fit.apply(capture)?;
         if fit.samples < options.max_samples {
             // Chi-squares compare only between equal samples, and a fit may end with fewer.
+            let space = Space::new(&capture, &[])?;
             let request = EvaluationRequest {
-                columns: Space::new(&capture, &[])?
-                    .columns(&fit.parameters.iter().map(|p| p.value).collect::<Vec<_>>()),
+                numbers: space.numbers(space.start()),
+                columns: space.columns(space.start()),
                 photos: (0..capture.photos.len()).collect(),
                 samples: options.max_samples,
                 difference_samples: options.difference_samples,
                 seed: options.seed,
-                numbers: fitted_numbers(&capture)?,
                 output: Output::Statistics,
             };
             fit.photos = evaluate(farm.as_mut(), &request, observer)?.photos;
@@ -129,12 +129,6 @@ impl Model {
     pub fn left_out_of(&self, photos: &[PhotoStatistics]) -> Vec<f64> {
         left_out(&self.capture, &self.fit, photos)
     }
-}
-
-/// The values of what a capture frees, as numbers of a request.
-fn fitted_numbers(capture: &Capture) -> Result<Vec<(String, f64)>, DiagnoseError> {
-    let parameters = capture.free_parameters()?;
-    Ok(parameters.iter().flat_map(|p| p.numbers(p.value).collect::<Vec<_>>()).collect())
 }
 
 fn left_out(capture: &Capture, fit: &FitResult, photos: &[PhotoStatistics]) -> Vec<f64> {

@@ -18,7 +18,7 @@ pub struct Options {
     pub false_alarms: f64,
     /// Effects that are fitted after each ranking, at most.
     pub shortlist: usize,
-    /// Effects that a model is extended by, at most.
+    /// Effects that a model is extended by, at most; at least 1.
     pub most_effects: usize,
     /// Effects that are left out of the catalogue.
     pub without: Vec<String>,
@@ -54,6 +54,9 @@ impl Options {
         }
         if !(self.false_alarms > 0.0 && self.false_alarms < 0.5) {
             return refuse("false-alarms", self.false_alarms.to_string(), "write a chance between 0 and 0.5");
+        }
+        if self.most_effects == 0 {
+            return refuse("most-effects", "0".to_owned(), "write at least 1");
         }
         Ok(CATALOGUE.iter().filter(|e| !self.without.iter().any(|n| n == e.name)).copied().collect())
     }

@@ -47,13 +47,7 @@ impl Probe {
         let mut found: Vec<(&'static Effect, Variant)> = Vec::new();
         for effect in effects {
             for variant in (effect.variants)(context) {
-                for structure in &variant.structure {
-                    if let Some(file) = structure.add(&mut capture)
-                        && !files.iter().any(|known| known.0 == file.0)
-                    {
-                        files.push(file);
-                    }
-                }
+                variant.add_to(&mut capture, &mut files);
                 found.push((*effect, variant));
             }
         }

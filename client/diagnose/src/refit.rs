@@ -49,13 +49,7 @@ pub fn extended(
     files: &mut Vec<(String, &'static [u8])>,
 ) -> Result<Capture, DiagnoseError> {
     let mut capture = capture.clone();
-    for structure in &variant.structure {
-        if let Some(file) = structure.add(&mut capture)
-            && !files.iter().any(|known| known.0 == file.0)
-        {
-            files.push(file);
-        }
-    }
+    variant.add_to(&mut capture, files);
     let known = capture.numbers();
     let mut values: Vec<(String, f64)> = Vec::new();
     for (direction, change) in variant.directions.iter().zip(change) {

@@ -1,6 +1,7 @@
 //! The score test: how much an effect would lower chi-square if it were added, and by how much of it, from derivatives at
 //! the null alone (Rao 1948; expected parameter change: Sorbom 1989).
 
+use crate::cross::per_observation;
 use crate::probe::{Candidate, Probe};
 use crate::quadratic::Quadratic;
 use gonio_scene::PhotoStatistics;
@@ -25,8 +26,6 @@ pub struct Score {
     pub cross_error: f64,
     /// Expected change of each direction from its null, in its own unit.
     pub change: Vec<f64>,
-    /// The same in the power that is scored.
-    pub raw: DVector<f64>,
 }
 
 /// Scores every candidate of a probe from the per-photo statistics of its evaluation.
@@ -36,8 +35,7 @@ pub struct Score {
 pub fn scores(probe: &Probe, photos: &[PhotoStatistics], dispersion: f64) -> Vec<Score> {
     let observations: u64 = photos.iter().map(|p| p.observations).sum();
     let all = probe.candidates.iter().enumerate();
-    all.filter_map(|(index, c)| score(index, c, probe.own, photos, dispersion, (observations as f64).max(1.0)))
-        .collect()
+    all.filter_map(|(index, c)| score(index, c, probe.own, photos, dispersion, observations)).collect()
 }
 
 fn score(
@@ -46,7 +44,7 @@ fn score(
     own: usize,
     photos: &[PhotoStatistics],
     dispersion: f64,
-    observations: f64,
+    observations: u64,
 ) -> Option<Score> {
     let head = (0..own).map(|i| (i, 1.0));
     let tail = candidate.columns.iter().zip(&candidate.scales).map(|(i, s)| (own + i, *s));
@@ -56,20 +54,17 @@ fn score(
     let (raw, freedom) = constrained(&total, own, candidate);
     let projected = total.projected(own);
     let score = (-projected.change(&raw)).max(0.0) / dispersion;
-    let gains: Vec<f64> = (0..each.len()).map(|out| left_out(&each, out, own, candidate)).collect();
-    let n = gains.len() as f64;
-    let sum: f64 = gains.iter().sum();
-    let variance = gains.iter().map(|g| (g - sum / n).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    let gains: Vec<f64> = (0..each.len()).map(|out| left_out(&each, &total, out, own, candidate)).collect();
+    let (cross_gain, cross_error) = per_observation(&gains, observations);
     let change = raw.iter().zip(&candidate.variant.directions).map(|(x, d)| physical(*x, d.power)).collect();
     Some(Score {
         candidate: index,
         score,
         freedom,
         p_value: tail_probability(score, freedom),
-        cross_gain: sum / observations,
-        cross_error: (n * variance).sqrt() / observations,
+        cross_gain,
+        cross_error,
         change,
-        raw,
     })
 }
 
@@ -104,7 +99,7 @@ fn constrained(total: &Quadratic, own: usize, candidate: &Candidate) -> (DVector
 }
 
 /// Decrease of photo `out`'s chi-square by adding the candidate, both models fitted to the other photos.
-fn left_out(each: &[Quadratic], out: usize, own: usize, candidate: &Candidate) -> f64 {
+fn left_out(each: &[Quadratic], total: &Quadratic, out: usize, own: usize, candidate: &Candidate) -> f64 {
     let photo = &each[out];
     let Some(rest) = Quadratic::sum(each.iter().enumerate().filter(|(i, _)| *i != out).map(|(_, q)| q)) else {
         return 0.0;
@@ -112,21 +107,14 @@ fn left_out(each: &[Quadratic], out: usize, own: usize, candidate: &Candidate) -
     let own_columns: Vec<usize> = (0..own).collect();
     let base = rest.select(&own_columns).solve();
     let before = photo.select(&own_columns).change(&base);
-    let mut extra = constrained(&rest, own, candidate).0;
-    if candidate.variant.of_photos {
-        // A number of this photo alone follows from no other: it is fitted here, at the cost of its own degree of freedom.
-        let own_move = constrained(&rest_with(photo, &rest), own, candidate).0;
-        extra = own_move;
-    }
+    // A number of this photo alone follows from no other: it is fitted here, at the cost of its own degree of freedom.
+    let known = if candidate.variant.of_photos { total } else { &rest };
+    let extra = constrained(known, own, candidate).0;
     // The model's own parameters move along with the candidate's.
     let coupled = rest.matrix.view((0, own), (own, extra.len())) * &extra + rest.gradient.rows(0, own);
     let joint = Quadratic { gradient: coupled, matrix: rest.select(&own_columns).matrix }.solve();
     let step = DVector::from_fn(own + extra.len(), |i, _| if i < own { joint[i] } else { extra[i - own] });
     before - photo.change(&step)
-}
-
-fn rest_with(photo: &Quadratic, rest: &Quadratic) -> Quadratic {
-    Quadratic { gradient: &rest.gradient + &photo.gradient, matrix: &rest.matrix + &photo.matrix }
 }
 
 /// The upper tail of the chi-square distribution.

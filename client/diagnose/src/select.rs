@@ -1,14 +1,16 @@
-//! Forward selection with a backward check, on the photos that are not held out.
+//! Forward selection, on the photos that are not held out.
 
 use crate::context::Context;
 use crate::effects::Effect;
 use crate::model::Model;
-use crate::probe::Probe;
+use crate::overlay::Overlay;
+use crate::probe::{Candidate, Probe};
 use crate::refit::refit;
 use crate::score::{Score, scores};
 use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 use gonio_scene::{Assets, EvaluationRequest, Output};
+use std::collections::BTreeSet;
 
 /// Decrease of deviance per observation below which no gain matters, whatever its significance. Two renderers that agree to a
 /// part in a thousand still differ along shadow edges: on captures of another renderer without any effect, a shift of the
@@ -71,105 +73,123 @@ pub fn select(
     observer: &mut Observer<'_>,
 ) -> Result<Selection, DiagnoseError> {
     let effects = options.effects()?;
+    let chance = options.false_alarms / effects.len() as f64;
     let mut trials: Vec<Trial> = Vec::new();
     let mut model = base.clone();
     let mut additions: Vec<Addition> = Vec::new();
-    for round in 0..=options.most_effects {
+    while additions.len() < options.most_effects {
         let left: Vec<_> =
             effects.iter().filter(|e| !model.parts.iter().any(|p| p.effect.name == e.name)).copied().collect();
         tell(observer, &DiagnoseEvent::Stage { text: format!("scoring {} effects", left.len()) })?;
-        let (probe, ranked, here) = rank(&model, &left, options, workshop, observer)?;
-        let names =
-            ranked.iter().map(|s| (probe.candidates[s.candidate].effect.name.to_owned(), s.cross_gain)).collect();
-        let reduced_chi_square = model.reduced_chi_square();
-        tell(observer, &DiagnoseEvent::Ranked { ranking: names, reduced_chi_square })?;
-        if round == 0 {
-            trials = left.iter().map(|e| trial(e, &probe, &ranked)).collect();
-        }
-        if round == options.most_effects {
-            break;
+        let ranking = rank(&model, &left, options, workshop, observer)?;
+        tell(observer, &ranking.event(&model))?;
+        if trials.is_empty() {
+            trials = left.iter().map(|e| trial(e, &ranking)).collect();
         }
         let least = importance(&model, options);
-        let chance = options.false_alarms / effects.len() as f64;
-        let short: Vec<&Score> = ranked
-            .iter()
-            .filter(|s| {
-                s.cross_gain > least
-                    && (s.cross_gain > 0.8 * s.cross_error || s.cross_gain > LARGE * least)
-                    && s.p_value < chance
-            })
-            .take(options.shortlist)
-            .collect();
-        let mut fitted: Vec<(&Score, Model, f64, f64)> = Vec::new();
-        for score in short {
-            // One that promises far less than the best already delivers need not be tried.
-            let best = fitted.iter().map(|f| f.2).fold(0.0, f64::max);
-            if score.cross_gain < 0.25 * best {
-                continue;
-            }
-            let candidate = &probe.candidates[score.candidate];
-            let name = candidate.effect.name.to_owned();
-            tell(observer, &DiagnoseEvent::Stage { text: format!("fitting {name} {}", candidate.variant.label) })?;
-            let there = match refit(&model, candidate, score, &options.refit(), workshop, observer) {
-                Ok(there) => there,
-                Err(DiagnoseError::Cancelled) => return Err(DiagnoseError::Cancelled),
-                Err(error) => {
-                    refuse(&mut trials, &name, &format!("its fit failed: {error}"));
-                    continue;
-                }
-            };
-            let (gain, standard_error) = there.gain_over(&here);
-            tell(
-                observer,
-                &DiagnoseEvent::Refitted {
-                    effect: name,
-                    gain,
-                    standard_error,
-                    reduced_chi_square: there.reduced_chi_square(),
-                },
-            )?;
-            let (moved, least_move) = (there.last_move(), candidate.variant.least_move);
-            if moved < least_move {
-                let why = format!("gains {gain:.4} by a move of {moved:.2e}; {least_move:.2e} would matter");
-                refuse(&mut trials, candidate.effect.name, &why);
-                continue;
-            }
-            fitted.push((score, there, gain, standard_error));
-        }
-        fitted.sort_by(|a, b| b.2.total_cmp(&a.2));
-        let Some((score, best, gain, error)) = fitted.first().cloned() else { break };
-        for (other, _, other_gain, _) in &fitted[1..] {
-            let name = probe.candidates[other.candidate].effect.name;
-            refuse(&mut trials, name, &format!("gains {other_gain:.4} when fitted, another {gain:.4}"));
-        }
-        let effect = probe.candidates[score.candidate].effect;
-        let supported = gain >= ERRORS * error || (gain >= LARGE * least && best.share_over(&here) >= MAJORITY);
-        if gain < least || !supported {
-            refuse(
-                &mut trials,
-                effect.name,
-                &format!("gains {gain:.4} (standard error {error:.4}) when fitted; {least:.4} would matter"),
-            );
+        let short = ranking.shortlist(least, chance, options.shortlist);
+        let mut fitted = fit_shortlist(&model, &ranking, &short, options, workshop, &mut trials, observer)?;
+        fitted.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        if fitted.is_empty() {
             break;
         }
-        let rivals = fitted[1..].iter().filter(|(_, there, other, _)| {
-            let (behind, error) = best.gain_over(&there.left_out);
-            *other > RIVAL * gain || behind < 2.0 * error && *other > 0.7 * gain
-        });
-        let names: Vec<&'static Effect> =
-            std::iter::once(effect).chain(rivals.map(|r| probe.candidates[r.0.candidate].effect)).take(2).collect();
-        tell(observer, &DiagnoseEvent::Extended { effect: effect.name.to_owned() })?;
-        additions.push(Addition { effects: names, score: score.score, p_value: score.p_value });
-        if let Some(trial) = trials.iter_mut().find(|t| t.effect.name == effect.name) {
+        let best = fitted.remove(0);
+        for other in &fitted {
+            let why = format!("gains {:.4} when fitted, another {:.4}", other.gain, best.gain);
+            refuse(&mut trials, other.effect.name, &why);
+        }
+        if !best.matters(least, &ranking.here) {
+            let (gain, error) = (best.gain, best.error);
+            let why = format!("gains {gain:.4} (standard error {error:.4}) when fitted; {least:.4} would matter");
+            refuse(&mut trials, best.effect.name, &why);
+            break;
+        }
+        let rivals = fitted.iter().filter(|other| other.rivals(&best)).map(|other| other.effect);
+        let names = std::iter::once(best.effect).chain(rivals).take(2).collect();
+        tell(observer, &DiagnoseEvent::Extended { effect: best.effect.name.to_owned() })?;
+        additions.push(Addition { effects: names, score: best.score.score, p_value: best.score.p_value });
+        if let Some(trial) = trials.iter_mut().find(|t| t.effect.name == best.effect.name) {
             trial.refused_because = None;
         }
-        model = best;
+        model = best.model;
     }
     if !additions.is_empty() {
         tell(observer, &DiagnoseEvent::Stage { text: "fitting the extended model".to_owned() })?;
         model = Model::fit(&model.capture, model.files, model.parts, &options.last_fit(), workshop, observer)?;
     }
     Ok(Selection { base, model, additions, trials })
+}
+
+/// A model extended by one effect.
+struct Fitted<'r> {
+    effect: &'static Effect,
+    score: &'r Score,
+    model: Model,
+    /// Decrease of left-out deviance per observation.
+    gain: f64,
+    /// Its standard error between photos.
+    error: f64,
+}
+
+impl Fitted<'_> {
+    /// Whether the gain is large enough, and no accident of few photos; `here` is the model's before.
+    fn matters(&self, least: f64, here: &[f64]) -> bool {
+        let broad = self.gain >= LARGE * least && self.model.share_over(here) >= MAJORITY;
+        self.gain >= least && (self.gain >= ERRORS * self.error || broad)
+    }
+
+    /// Whether it explains about as much as the best.
+    fn rivals(&self, best: &Self) -> bool {
+        let (behind, error) = best.model.gain_over(&self.model.left_out);
+        self.gain > RIVAL * best.gain || behind < 2.0 * error && self.gain > 0.7 * best.gain
+    }
+}
+
+/// Fits the effects of a shortlist, each added to the model alone.
+fn fit_shortlist<'r>(
+    model: &Model,
+    ranking: &'r Ranking,
+    short: &[&'r Score],
+    options: &Options,
+    workshop: &dyn Workshop,
+    trials: &mut [Trial],
+    observer: &mut Observer<'_>,
+) -> Result<Vec<Fitted<'r>>, DiagnoseError> {
+    let mut fitted: Vec<Fitted<'r>> = Vec::new();
+    for score in short {
+        // One that promises far less than the best already delivers need not be tried.
+        let best = fitted.iter().map(|f| f.gain).fold(0.0, f64::max);
+        if score.cross_gain < 0.25 * best {
+            continue;
+        }
+        let candidate = ranking.candidate(score);
+        let (effect, variant) = (candidate.effect, &candidate.variant);
+        tell(observer, &DiagnoseEvent::Stage { text: format!("fitting {} {}", effect.name, variant.label) })?;
+        let there = match refit(model, candidate, score, &options.refit(), workshop, observer) {
+            Ok(there) => there,
+            Err(DiagnoseError::Cancelled) => return Err(DiagnoseError::Cancelled),
+            Err(error) => {
+                refuse(trials, effect.name, &format!("its fit failed: {error}"));
+                continue;
+            }
+        };
+        let (gain, error) = there.gain_over(&ranking.here);
+        let refitted = DiagnoseEvent::Refitted {
+            effect: effect.name.to_owned(),
+            gain,
+            standard_error: error,
+            reduced_chi_square: there.reduced_chi_square(),
+        };
+        tell(observer, &refitted)?;
+        let (moved, least_move) = (there.last_move(), variant.least_move);
+        if moved < least_move {
+            let why = format!("gains {gain:.4} by a move of {moved:.2e}; {least_move:.2e} would matter");
+            refuse(trials, effect.name, &why);
+            continue;
+        }
+        fitted.push(Fitted { effect, score, model: there, gain, error });
+    }
+    Ok(fitted)
 }
 
 /// The least gain per observation that matters to `model`.
@@ -179,15 +199,43 @@ pub fn importance(model: &Model, options: &Options) -> f64 {
     (options.smallest_gain * above).max(FLOOR)
 }
 
-/// One score pass: the probe, the best variant of each effect by what survives cross-validation, and the model's own
-/// chi-squares of photos left out.
+/// What one score pass has found.
+struct Ranking {
+    probe: Probe,
+    /// The best variant of each effect by what survives cross-validation, best first.
+    best: Vec<Score>,
+    /// The model's own deviances of photos left out, of the same samples as the extensions that are compared with it.
+    here: Vec<f64>,
+}
+
+impl Ranking {
+    fn candidate(&self, score: &Score) -> &Candidate {
+        &self.probe.candidates[score.candidate]
+    }
+
+    fn event(&self, model: &Model) -> DiagnoseEvent {
+        let ranking = self.best.iter().map(|s| (self.candidate(s).effect.name.to_owned(), s.cross_gain)).collect();
+        DiagnoseEvent::Ranked { ranking, reduced_chi_square: model.reduced_chi_square() }
+    }
+
+    /// At most `most` effects that promise more than `least`, by more than `chance`.
+    fn shortlist(&self, least: f64, chance: f64, most: usize) -> Vec<&Score> {
+        let promises = |s: &&Score| {
+            let broad = s.cross_gain > 0.8 * s.cross_error || s.cross_gain > LARGE * least;
+            s.cross_gain > least && broad && s.p_value < chance
+        };
+        self.best.iter().filter(promises).take(most).collect()
+    }
+}
+
+/// One score pass of a model.
 fn rank(
     model: &Model,
     effects: &[&'static Effect],
     options: &Options,
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,
-) -> Result<(Probe, Vec<Score>, Vec<f64>), DiagnoseError> {
+) -> Result<Ranking, DiagnoseError> {
     let assets = Assets::load(&model.capture, &Overlay { files: workshop.files(), added: &model.files })?;
     let context = Context::new(&model.capture, &assets, model.peak());
     let probe = Probe::new(&context, effects)?;
@@ -198,7 +246,7 @@ fn rank(
         photos: (0..probe.capture.photos.len()).collect(),
         samples: options.search_samples(),
         difference_samples: options.difference_samples,
-        // The refits' seed: their chi-squares are compared with this one's, so that both see the same render noise.
+        // The refits' seed: their deviances are compared with this one's, so that both see the same render noise.
         seed: options.seed,
         output: Output::Statistics,
         ..EvaluationRequest::default()
@@ -206,22 +254,16 @@ fn rank(
     let found = evaluate(farm.as_mut(), &request, observer)?;
     let mut all = scores(&probe, &found.photos, model.dispersion());
     all.sort_by(|a, b| b.cross_gain.total_cmp(&a.cross_gain));
-    let mut best: Vec<Score> = Vec::new();
-    for score in all {
-        let name = probe.candidates[score.candidate].effect.name;
-        if !best.iter().any(|b| probe.candidates[b.candidate].effect.name == name) {
-            best.push(score);
-        }
-    }
-    // Of the same samples as the extensions that are compared with it.
+    let mut seen = BTreeSet::new();
+    all.retain(|score| seen.insert(probe.candidates[score.candidate].effect.name));
     let here = model.left_out_of(&found.photos);
-    Ok((probe, best, here))
+    Ok(Ranking { probe, best: all, here })
 }
 
-fn trial(effect: &'static Effect, probe: &Probe, ranked: &[Score]) -> Trial {
-    let score = ranked.iter().find(|s| probe.candidates[s.candidate].effect.name == effect.name);
+fn trial(effect: &'static Effect, ranking: &Ranking) -> Trial {
+    let score = ranking.best.iter().find(|s| ranking.candidate(s).effect.name == effect.name);
     let first = score.map(|s| {
-        let directions = &probe.candidates[s.candidate].variant.directions;
+        let directions = &ranking.candidate(s).variant.directions;
         (s.clone(), directions.iter().zip(&s.change).map(|(d, c)| (d.name.clone(), *c)).collect())
     });
     let why = if first.is_none() { "the capture has nothing that it could act on" } else { "promises too little" };
@@ -231,22 +273,5 @@ fn trial(effect: &'static Effect, probe: &Probe, ranked: &[Score]) -> Trial {
 fn refuse(trials: &mut [Trial], name: &str, why: &str) {
     if let Some(trial) = trials.iter_mut().find(|t| t.effect.name == name) {
         trial.refused_because = Some(why.to_owned());
-    }
-}
-
-/// A capture's files with some added.
-pub struct Overlay<'a> {
-    /// The capture's own.
-    pub files: &'a dyn gonio_scene::files::Files,
-    /// Path and contents of those added.
-    pub added: &'a [(String, &'static [u8])],
-}
-
-impl gonio_scene::files::Files for Overlay<'_> {
-    fn read(&self, path: &str) -> gonio_scene::Result<std::sync::Arc<[u8]>> {
-        match self.added.iter().find(|(p, _)| p == path) {
-            Some((_, bytes)) => Ok((*bytes).into()),
-            None => self.files.read(path),
-        }
     }
 }

@@ -3,7 +3,7 @@
 
 use crate::covariates::{COVARIATES, Pixel, pixels};
 use crate::model::Model;
-use crate::select::Overlay;
+use crate::overlay::Overlay;
 use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 use gonio_scene::{EvaluationRequest, Film, Output, Photograph};

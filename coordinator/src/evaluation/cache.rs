@@ -73,8 +73,8 @@ impl Captures {
         Ok(described)
     }
 
-    /// Photo (or measured reflectance) `index` of `capture`, which is the described one with some of its numbers changed. Only this photo's file
-    /// and mask are read.
+    /// Photo (or measured reflectance) `index` of `capture`, which is the described one with some of its numbers changed.
+    /// Only this photo's file and mask are read.
     ///
     /// # Errors
     /// A file that is missing or broken.

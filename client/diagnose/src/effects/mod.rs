@@ -218,6 +218,15 @@ impl Variant {
         self
     }
 
+    /// Adds its structure to a capture, and the files that come with it, each once, to `files`.
+    pub fn add_to(&self, capture: &mut Capture, files: &mut Vec<(String, &'static [u8])>) {
+        for file in self.structure.iter().filter_map(|structure| structure.add(capture)) {
+            if !files.iter().any(|known| known.0 == file.0) {
+                files.push(file);
+            }
+        }
+    }
+
     /// With something added to the capture.
     #[must_use]
     pub fn adding(mut self, structure: Structure) -> Self {

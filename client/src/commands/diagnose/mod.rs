@@ -7,7 +7,7 @@ use crate::arguments::DiagnoseArguments;
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::interrupt::Interrupt;
-use crate::output::{Output as Folder, tell, to_json};
+use crate::output::{Output as Folder, tell, to_json, to_pretty_json};
 use crate::progress::{Console, DiagnoseConsole};
 use crate::relocate::relocate;
 use gonio::report::{DiagnosisReport, Panel};
@@ -73,9 +73,7 @@ fn write(diagnosed: &Diagnosed, input: &Input, folder: &Folder) -> Result<(), Fa
         }
     }
     folder.write(CAPTURE_FILE, here.to_toml()?.as_bytes())?;
-    let json = serde_json::to_string_pretty(&diagnosed.diagnosis)
-        .map_err(|error| Failure::Failed(format!("the result is no JSON: {error}")))?;
-    folder.write(RESULT, json.as_bytes())?;
+    folder.write(RESULT, to_pretty_json(&diagnosed.diagnosis)?.as_bytes())?;
     let panels = |capture: &Capture, seen: &[Seen]| -> Vec<Panel> {
         seen.iter().filter_map(|s| Panel::new(capture, &s.photograph, &s.film, &s.statistics)).collect()
     };

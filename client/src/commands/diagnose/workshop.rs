@@ -1,7 +1,7 @@
 //! The farm as a diagnosis sees it: a place that makes one capture after another ready.
 
 use gonio::farm::Farm;
-use gonio_diagnose::Workshop;
+use gonio_diagnose::{Overlay, Workshop};
 use gonio_fit::{Evaluate, EvaluateError};
 use gonio_scene::capture::CAPTURE_FILE;
 use gonio_scene::files::Files;
@@ -16,11 +16,10 @@ pub struct FarmWorkshop<'a> {
     pub files: &'a dyn Files,
 }
 
-/// The capture's files with another description and some files added.
+/// Files with another description.
 struct Described<'a> {
-    files: &'a dyn Files,
+    files: Overlay<'a>,
     description: Arc<[u8]>,
-    added: &'a [(String, &'static [u8])],
 }
 
 impl Files for Described<'_> {
@@ -28,10 +27,7 @@ impl Files for Described<'_> {
         if path == CAPTURE_FILE {
             return Ok(self.description.clone());
         }
-        match self.added.iter().find(|(added, _)| added == path) {
-            Some((_, bytes)) => Ok((*bytes).into()),
-            None => self.files.read(path),
-        }
+        self.files.read(path)
     }
 }
 
@@ -47,7 +43,7 @@ impl Workshop for FarmWorkshop<'_> {
     ) -> std::result::Result<Box<dyn Evaluate>, EvaluateError> {
         let refused = |error: &dyn std::fmt::Display| EvaluateError::Refused(error.to_string());
         let text = capture.to_toml().map_err(|error| refused(&error))?;
-        let files = Described { files: self.files, description: text.into_bytes().into(), added };
+        let files = Described { files: Overlay { files: self.files, added }, description: text.into_bytes().into() };
         let open = self.farm.open(&files).map_err(|error| match error {
             gonio::farm::FarmError::Capture(error) => refused(&error),
             other => EvaluateError::Farm(other.to_string()),

@@ -7,7 +7,7 @@ use crate::arguments::FitArguments;
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::interrupt::Interrupt;
-use crate::output::{Output as Folder, tell, to_json};
+use crate::output::{Output as Folder, tell, to_json, to_pretty_json};
 use crate::progress::{Console, FitConsole};
 use crate::relocate::relocate;
 use gonio::farm::OpenCapture;
@@ -46,7 +46,7 @@ pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
     let result = fit(&input.capture, &mut farm, &options, &mut console, &interrupt)?;
     let fitted = result.apply(&input.capture)?;
     write_capture(&fitted, &input, &folder)?;
-    folder.write(RESULT, pretty(&result)?.as_bytes())?;
+    folder.write(RESULT, to_pretty_json(&result)?.as_bytes())?;
     let panels = if interrupt.is_asked() {
         Ok(Vec::new())
     } else {
@@ -125,10 +125,6 @@ fn write_report(folder: &Folder, result: &FitResult, panels: &[Panel], samples: 
     let report = Report { result, panels, samples, command: &command, version: env!("CARGO_PKG_VERSION") };
     folder.write(REPORT, report.page().as_bytes())?;
     Ok(())
-}
-
-fn pretty(result: &FitResult) -> Result<String, Failure> {
-    serde_json::to_string_pretty(result).map_err(|error| Failure::Failed(format!("the result is no JSON: {error}")))
 }
 
 /// The result in a few lines, for people.

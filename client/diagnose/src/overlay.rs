@@ -1,0 +1,22 @@
+//! A capture's files with those that an effect has brought.
+
+use gonio_scene::Result;
+use gonio_scene::files::Files;
+use std::sync::Arc;
+
+/// A capture's files with some added.
+pub struct Overlay<'a> {
+    /// The capture's own.
+    pub files: &'a dyn Files,
+    /// Path and contents of those added.
+    pub added: &'a [(String, &'static [u8])],
+}
+
+impl Files for Overlay<'_> {
+    fn read(&self, path: &str) -> Result<Arc<[u8]>> {
+        match self.added.iter().find(|(p, _)| p == path) {
+            Some((_, bytes)) => Ok((*bytes).into()),
+            None => self.files.read(path),
+        }
+    }
+}

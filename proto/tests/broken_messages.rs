@@ -17,7 +17,7 @@ use prost::Message;
 fn parameter(name: &str) -> Parameter {
     let terms =
         vec![Term { number: format!("{name}.r"), ratio: 0.5 }, Term { number: format!("{name}.g"), ratio: 1.5 }];
-    Parameter { name: name.to_owned(), value: 0.25, range: Range::UNIT, terms, step: Some(0.125) }
+    Parameter { name: name.to_owned(), value: 0.25, range: Range::UNIT, terms, step: Some(0.125), channel: Some(2) }
 }
 
 fn request() -> EvaluationRequest {

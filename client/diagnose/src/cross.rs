@@ -27,7 +27,7 @@ pub fn left_out(photos: &[PhotoStatistics], parameters: usize, of_photo: &dyn Fn
                 }
             }
         }
-        rest.solve()
+        rest.reminded_of(&total).solve()
     };
     photos.iter().enumerate().map(|(out, p)| p.chi_square + p.log_variance + each[out].change(&step(out))).collect()
 }

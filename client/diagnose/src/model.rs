@@ -106,16 +106,6 @@ impl Model {
         cross::gain(before, &self.left_out, self.observations())
     }
 
-    /// How far the last part's numbers are from their nulls, together.
-    #[must_use]
-    pub fn last_move(&self) -> f64 {
-        let Some(part) = self.parts.last() else { return 0.0 };
-        let moved = |d: &crate::effects::Direction| {
-            self.fit.parameters.iter().find(|p| p.name == d.name).map_or(0.0, |p| p.value - d.null)
-        };
-        part.variant.directions.iter().map(|d| moved(d).powi(2)).sum::<f64>().sqrt()
-    }
-
     /// Part of the photos whose deviance, when left out, is below `before`.
     #[must_use]
     pub fn share_over(&self, before: &[f64]) -> f64 {

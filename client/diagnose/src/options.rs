@@ -91,6 +91,12 @@ impl Options {
 
     /// How the extended model is fitted in the end, from its own optimum at fewer samples.
     pub(crate) fn last_fit(&self) -> gonio_fit::Options {
-        gonio_fit::Options { min_samples: self.search_samples(), max_iterations: Some(12), ..self.base_fit() }
+        gonio_fit::Options {
+            min_samples: self.search_samples(),
+            difference_samples: self.search_samples().min(16),
+            max_iterations: Some(12),
+            tolerance: 0.1,
+            ..self.base_fit()
+        }
     }
 }

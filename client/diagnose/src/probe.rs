@@ -94,7 +94,8 @@ fn column(direction: &Direction, numbers: &BTreeMap<String, (f64, Range)>) -> Re
         terms.push(Term { number: number.clone(), ratio: *ratio });
     }
     // Several variants may share a number: a column's name tells them apart in messages.
-    Ok(Parameter { name: direction.name.clone(), value, range, terms, step: direction.step })
+    let (name, step, channel) = (direction.name.clone(), direction.step, direction.channel);
+    Ok(Parameter { name, value, range, terms, step, channel })
 }
 
 /// A column holds (L(null + h) - L(null)) / h; where the size enters squared, its derivative by the square at null 0 is

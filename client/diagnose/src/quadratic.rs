@@ -7,6 +7,9 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 /// determined: rounding and the render's noise are as large.
 const DETERMINED: f64 = 1e-4;
 
+/// Part of all photos' information that stays when one is left out.
+const KEPT: f64 = 0.05;
+
 /// One photo's, or several photos', chi-square as a function of the parameters' moves.
 #[derive(Debug, Clone)]
 pub struct Quadratic {
@@ -35,6 +38,13 @@ impl Quadratic {
         let mut all = all.into_iter();
         let first = all.next()?.clone();
         Some(all.fold(first, |sum, q| Self { gradient: sum.gradient + &q.gradient, matrix: sum.matrix + &q.matrix }))
+    }
+
+    /// This sum over photos where it also knows [`KEPT`] of what all of them know: one photo may be the only one that
+    /// determines a direction (the sharpest highlight), and without it a fit would go where no quadratic holds.
+    #[must_use]
+    pub fn reminded_of(self, all: &Self) -> Self {
+        Self { matrix: self.matrix + KEPT * &all.matrix, ..self }
     }
 
     /// The change of chi-square by a move.

@@ -8,14 +8,15 @@ use crate::quadratic::Quadratic;
 use crate::score::Score;
 use crate::workshop::{Observer, Workshop, evaluate};
 use gonio_fit::{Evaluate, Options, Space};
-use gonio_scene::{Capture, EvaluationRequest, Output};
+use gonio_scene::{Capture, EvaluationRequest, Output, Parameter};
+use nalgebra::DVector;
 
 /// Samples per pixel of a pattern search's evaluations.
 const SEARCH_SAMPLES: u32 = 4;
 /// A search ends after so many halvings of its step.
 const HALVINGS: u32 = 3;
 
-/// Fits `model` extended by a candidate.
+/// Fits `model` extended by a candidate; none where no place that was searched explains more than the model does.
 ///
 /// # Errors
 /// A patch that the format refuses, a fit that fails, a cancellation.
@@ -26,16 +27,19 @@ pub fn refit(
     options: &Options,
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,
-) -> Result<Model, DiagnoseError> {
+) -> Result<Option<Model>, DiagnoseError> {
     let mut files = model.files.clone();
     let mut capture = extended(&model.capture, &candidate.variant, &score.change, &mut files)?;
     if !candidate.variant.search.is_empty() {
         let mut farm = workshop.open(&capture, &files)?;
-        search(&mut capture, &candidate.variant, options.seed, farm.as_mut(), observer)?;
+        let chi_square = search(&mut capture, &candidate.variant, options.seed, farm.as_mut(), observer)?;
+        if chi_square >= model.fit.photos.iter().map(|p| p.chi_square).sum() {
+            return Ok(None);
+        }
     }
     let mut parts = model.parts.clone();
     parts.push(Part { effect: candidate.effect, variant: candidate.variant.clone() });
-    Model::fit(&capture, files, parts, options, workshop, observer)
+    Model::fit(&capture, files, parts, options, workshop, observer).map(Some)
 }
 
 /// The capture with a variant present, its numbers `change` from their nulls, and freed.
@@ -79,22 +83,24 @@ pub fn extended(
     Ok(capture)
 }
 
-/// Moves the searched numbers to where chi-square, with everything that has forward derivatives fitted along, is least: a
-/// pattern search (Hooke and Jeeves 1961), because the image of an edge far from its place has no slope towards it.
+/// Moves the searched numbers to where chi-square, with the candidate's own colours fitted along inside their bounds, is
+/// least, and returns that chi-square: a pattern search (Hooke and Jeeves 1961), because the image of an edge far from its
+/// place has no slope towards it. What else the model has stays where it is: a lamp that no wall has yet hidden would be
+/// dimmed without end to make up for one that stands in the way.
 fn search(
     capture: &mut Capture,
     variant: &Variant,
     seed: u64,
     farm: &mut dyn Evaluate,
     observer: &mut Observer<'_>,
-) -> Result<(), DiagnoseError> {
+) -> Result<f64, DiagnoseError> {
     let searched = |name: &str| variant.search.iter().any(|(n, _)| n == name);
     let space = Space::new(capture, &[])?;
     let columns: Vec<_> = space
         .columns(space.start())
         .into_iter()
-        .filter(|c| !searched(&c.name) && (c.name.starts_with("material.") || c.name.starts_with("light.")))
-        .filter(|c| !c.name.contains(".position."))
+        .filter(|c| !searched(&c.name) && variant.free.iter().any(|f| c.name.starts_with(f.as_str())))
+        .filter(|c| c.name.starts_with("material.") || c.name.starts_with("light."))
         .collect();
     let photos: Vec<usize> = (0..capture.photos.len()).collect();
     let known = capture.numbers();
@@ -113,7 +119,11 @@ fn search(
         let found = evaluate(farm, &request, observer)?;
         let all: Vec<(usize, f64)> = (0..columns.len()).map(|i| (i, 1.0)).collect();
         let each: Vec<Quadratic> = found.photos.iter().map(|p| Quadratic::new(p, &all)).collect();
-        let total = Quadratic::sum(&each).map_or(0.0, |q| q.change(&q.solve()));
+        let total = Quadratic::sum(&each).map_or(0.0, |q| {
+            let free = q.solve();
+            let inside = |i: usize, c: &Parameter| free[i].clamp(c.range.min - c.value, c.range.max - c.value);
+            q.change(&DVector::from_iterator(columns.len(), columns.iter().enumerate().map(|(i, c)| inside(i, c))))
+        });
         Ok(found.photos.iter().map(|p| p.gram.first().copied().unwrap_or(0.0)).sum::<f64>() + total)
     };
     let mut best = loss(&place)?;
@@ -137,5 +147,5 @@ fn search(
     }
     let numbers: Vec<(String, f64)> = variant.search.iter().zip(&place).map(|((n, _), x)| (n.clone(), *x)).collect();
     capture.set_numbers(&numbers)?;
-    Ok(())
+    Ok(best)
 }

@@ -8,6 +8,10 @@ use gonio_scene::PhotoStatistics;
 use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+/// What stands at a place can be tried at few of them, and at a wrong one it predicts no other photo, however much of those
+/// that it is fitted to it explains: this part of the latter is what a search for its place is hoped to bring.
+pub const HOPE: f64 = 0.5;
+
 /// What the derivatives at the null say about one candidate.
 #[derive(Debug, Clone)]
 pub struct Score {
@@ -24,31 +28,46 @@ pub struct Score {
     pub cross_gain: f64,
     /// Its standard error, from the photos' scatter.
     pub cross_error: f64,
+    /// Decrease of chi-square per observation that a fit of it is hoped to bring, see [`HOPE`].
+    pub promise: f64,
     /// Expected change of each direction from its null, in its own unit.
     pub change: Vec<f64>,
 }
 
 /// Scores every candidate of a probe from the per-photo statistics of its evaluation.
 ///
-/// `dispersion` is what chi-square per degree of freedom would be without any effect.
+/// `dispersion` is what chi-square per degree of freedom would be without any effect. What `beside` explains, one of the
+/// probe's candidates, is taken for explained.
 #[must_use]
-pub fn scores(probe: &Probe, photos: &[PhotoStatistics], dispersion: f64) -> Vec<Score> {
+pub fn scores(
+    probe: &Probe,
+    photos: &[PhotoStatistics],
+    dispersion: f64,
+    beside: Option<&Candidate>,
+) -> Vec<Score> {
     let observations: u64 = photos.iter().map(|p| p.observations).sum();
+    let mut head: Vec<(usize, f64)> = (0..probe.own).map(|i| (i, 1.0)).collect();
+    head.extend(beside.into_iter().flat_map(|c| places(c, probe.own)));
     let all = probe.candidates.iter().enumerate();
-    all.filter_map(|(index, c)| score(index, c, probe.own, photos, dispersion, observations)).collect()
+    all.filter_map(|(index, c)| score(index, c, probe.own, &head, photos, dispersion, observations)).collect()
+}
+
+/// A candidate's columns among all of a probe's, and their factors.
+fn places(candidate: &Candidate, own: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    candidate.columns.iter().zip(&candidate.scales).map(move |(i, s)| (own + i, *s))
 }
 
 fn score(
     index: usize,
     candidate: &Candidate,
     own: usize,
+    head: &[(usize, f64)],
     photos: &[PhotoStatistics],
     dispersion: f64,
     observations: u64,
 ) -> Option<Score> {
-    let head = (0..own).map(|i| (i, 1.0));
-    let tail = candidate.columns.iter().zip(&candidate.scales).map(|(i, s)| (own + i, *s));
-    let columns: Vec<(usize, f64)> = head.chain(tail).collect();
+    let columns: Vec<(usize, f64)> = head.iter().copied().chain(places(candidate, own)).collect();
+    let own = head.len();
     let each: Vec<Quadratic> = photos.iter().map(|p| Quadratic::new(p, &columns)).collect();
     let total = Quadratic::sum(&each)?;
     let (raw, freedom) = constrained(&total, own, candidate);
@@ -56,6 +75,8 @@ fn score(
     let score = (-projected.change(&raw)).max(0.0) / dispersion;
     let gains: Vec<f64> = (0..each.len()).map(|out| left_out(&each, &total, out, own, candidate)).collect();
     let (cross_gain, cross_error) = per_observation(&gains, observations);
+    let placed = !candidate.variant.search.is_empty();
+    let hope = if placed { HOPE * score * dispersion / (observations as f64).max(1.0) } else { 0.0 };
     let change = raw.iter().zip(&candidate.variant.directions).map(|(x, d)| physical(*x, d.power)).collect();
     Some(Score {
         candidate: index,
@@ -64,6 +85,7 @@ fn score(
         p_value: tail_probability(score, freedom),
         cross_gain,
         cross_error,
+        promise: cross_gain.max(hope),
         change,
     })
 }
@@ -104,6 +126,7 @@ fn left_out(each: &[Quadratic], total: &Quadratic, out: usize, own: usize, candi
     let Some(rest) = Quadratic::sum(each.iter().enumerate().filter(|(i, _)| *i != out).map(|(_, q)| q)) else {
         return 0.0;
     };
+    let rest = rest.reminded_of(total);
     let own_columns: Vec<usize> = (0..own).collect();
     let base = rest.select(&own_columns).solve();
     let before = photo.select(&own_columns).change(&base);

@@ -9,13 +9,14 @@ use crate::refit::refit;
 use crate::score::{Score, scores};
 use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
-use gonio_scene::{Assets, EvaluationRequest, Output};
+use gonio_scene::{Assets, EvaluationRequest, Output, PhotoStatistics};
 use std::collections::BTreeSet;
 
-/// Decrease of deviance per observation below which no gain matters, whatever its significance. Two renderers that agree to a
-/// part in a thousand still differ along shadow edges: on captures of another renderer without any effect, a shift of the
-/// lamp by a fifth of a millimetre gains 0.002 to 0.007.
-pub const FLOOR: f64 = 0.008;
+/// Decrease of deviance per observation below which no gain matters, whatever its significance: on captures of another
+/// renderer without any effect the best candidate gains 0.0003.
+pub const FLOOR: f64 = 0.002;
+/// An effect that promises less than this part of [`FLOOR`] beside another is not looked at again.
+const WORTH: f64 = 0.25;
 /// A gain must exceed so many of its standard errors between photos.
 const ERRORS: f64 = 1.8;
 /// Or, as the photos of an effect that is strong in some and weak in others scatter by nature, be so many times what
@@ -77,9 +78,8 @@ pub fn select(
     let mut trials: Vec<Trial> = Vec::new();
     let mut model = base.clone();
     let mut additions: Vec<Addition> = Vec::new();
-    while additions.len() < options.most_effects {
-        let left: Vec<_> =
-            effects.iter().filter(|e| !model.parts.iter().any(|p| p.effect.name == e.name)).copied().collect();
+    let mut left = effects;
+    while additions.len() < options.most_effects && !left.is_empty() {
         tell(observer, &DiagnoseEvent::Stage { text: format!("scoring {} effects", left.len()) })?;
         let ranking = rank(&model, &left, options, workshop, observer)?;
         tell(observer, &ranking.event(&model))?;
@@ -90,20 +90,17 @@ pub fn select(
         let short = ranking.shortlist(least, chance, options.shortlist);
         let mut fitted = fit_shortlist(&model, &ranking, &short, options, workshop, &mut trials, observer)?;
         fitted.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        if fitted.is_empty() {
-            break;
+        let matters = |f: &Fitted<'_>| f.matters(least, &ranking.here);
+        let best = fitted.iter().position(matters).map(|i| fitted.remove(i));
+        for Fitted { effect, gain, error, .. } in &fitted {
+            let why = match &best {
+                Some(best) => format!("gains {gain:.4} when fitted, another {:.4}", best.gain),
+                None => format!("gains {gain:.4} (standard error {error:.4}) when fitted; {least:.4} would matter"),
+            };
+            refuse(&mut trials, effect.name, &why);
         }
-        let best = fitted.remove(0);
-        for other in &fitted {
-            let why = format!("gains {:.4} when fitted, another {:.4}", other.gain, best.gain);
-            refuse(&mut trials, other.effect.name, &why);
-        }
-        if !best.matters(least, &ranking.here) {
-            let (gain, error) = (best.gain, best.error);
-            let why = format!("gains {gain:.4} (standard error {error:.4}) when fitted; {least:.4} would matter");
-            refuse(&mut trials, best.effect.name, &why);
-            break;
-        }
+        let Some(best) = best else { break };
+        left = ranking.left_beside(best.score, best.model.dispersion());
         let rivals = fitted.iter().filter(|other| other.rivals(&best)).map(|other| other.effect);
         let names = std::iter::once(best.effect).chain(rivals).take(2).collect();
         tell(observer, &DiagnoseEvent::Extended { effect: best.effect.name.to_owned() })?;
@@ -159,14 +156,18 @@ fn fit_shortlist<'r>(
     for score in short {
         // One that promises far less than the best already delivers need not be tried.
         let best = fitted.iter().map(|f| f.gain).fold(0.0, f64::max);
-        if score.cross_gain < 0.25 * best {
+        if score.promise < 0.25 * best {
             continue;
         }
         let candidate = ranking.candidate(score);
         let (effect, variant) = (candidate.effect, &candidate.variant);
         tell(observer, &DiagnoseEvent::Stage { text: format!("fitting {} {}", effect.name, variant.label) })?;
         let there = match refit(model, candidate, score, &options.refit(), workshop, observer) {
-            Ok(there) => there,
+            Ok(Some(there)) => there,
+            Ok(None) => {
+                refuse(trials, effect.name, "stands at no place that explains more");
+                continue;
+            }
             Err(DiagnoseError::Cancelled) => return Err(DiagnoseError::Cancelled),
             Err(error) => {
                 refuse(trials, effect.name, &format!("its fit failed: {error}"));
@@ -181,12 +182,6 @@ fn fit_shortlist<'r>(
             reduced_chi_square: there.reduced_chi_square(),
         };
         tell(observer, &refitted)?;
-        let (moved, least_move) = (there.last_move(), variant.least_move);
-        if moved < least_move {
-            let why = format!("gains {gain:.4} by a move of {moved:.2e}; {least_move:.2e} would matter");
-            refuse(trials, effect.name, &why);
-            continue;
-        }
         fitted.push(Fitted { effect, score, model: there, gain, error });
     }
     Ok(fitted)
@@ -202,10 +197,11 @@ pub fn importance(model: &Model, options: &Options) -> f64 {
 /// What one score pass has found.
 struct Ranking {
     probe: Probe,
-    /// The best variant of each effect by what survives cross-validation, best first.
+    /// The most promising variant of each effect, most promising first.
     best: Vec<Score>,
     /// The model's own deviances of photos left out, of the same samples as the extensions that are compared with it.
     here: Vec<f64>,
+    photos: Vec<PhotoStatistics>,
 }
 
 impl Ranking {
@@ -213,16 +209,31 @@ impl Ranking {
         &self.probe.candidates[score.candidate]
     }
 
+    /// The effects that promise something beside one that explains its part, judged from the same derivatives: only these need
+    /// another pass.
+    fn left_beside(&self, found: &Score, dispersion: f64) -> Vec<&'static Effect> {
+        let found = self.candidate(found);
+        let beside = scores(&self.probe, &self.photos, dispersion, Some(found));
+        let promising = beside.iter().filter(|s| s.promise > WORTH * FLOOR).map(|s| self.candidate(s).effect);
+        let mut left: Vec<&'static Effect> = Vec::new();
+        for effect in promising {
+            if effect.name != found.effect.name && !left.iter().any(|known| known.name == effect.name) {
+                left.push(effect);
+            }
+        }
+        left
+    }
+
     fn event(&self, model: &Model) -> DiagnoseEvent {
-        let ranking = self.best.iter().map(|s| (self.candidate(s).effect.name.to_owned(), s.cross_gain)).collect();
+        let ranking = self.best.iter().map(|s| (self.candidate(s).effect.name.to_owned(), s.promise)).collect();
         DiagnoseEvent::Ranked { ranking, reduced_chi_square: model.reduced_chi_square() }
     }
 
     /// At most `most` effects that promise more than `least`, by more than `chance`.
     fn shortlist(&self, least: f64, chance: f64, most: usize) -> Vec<&Score> {
         let promises = |s: &&Score| {
-            let broad = s.cross_gain > 0.8 * s.cross_error || s.cross_gain > LARGE * least;
-            s.cross_gain > least && broad && s.p_value < chance
+            let broad = s.promise > 0.8 * s.cross_error || s.promise > LARGE * least;
+            s.promise > least && broad && s.p_value < chance
         };
         self.best.iter().filter(promises).take(most).collect()
     }
@@ -252,12 +263,12 @@ fn rank(
         ..EvaluationRequest::default()
     };
     let found = evaluate(farm.as_mut(), &request, observer)?;
-    let mut all = scores(&probe, &found.photos, model.dispersion());
-    all.sort_by(|a, b| b.cross_gain.total_cmp(&a.cross_gain));
+    let mut all = scores(&probe, &found.photos, model.dispersion(), None);
+    all.sort_by(|a, b| b.promise.total_cmp(&a.promise));
     let mut seen = BTreeSet::new();
     all.retain(|score| seen.insert(probe.candidates[score.candidate].effect.name));
     let here = model.left_out_of(&found.photos);
-    Ok(Ranking { probe, best: all, here })
+    Ok(Ranking { probe, best: all, here, photos: found.photos })
 }
 
 fn trial(effect: &'static Effect, ranking: &Ranking) -> Trial {

@@ -67,6 +67,22 @@ pub enum Contribution {
     },
 }
 
+impl Contribution {
+    /// The part of it that lies in one channel.
+    ///
+    /// # Errors
+    /// A contribution of another channel alone, or of the film's, which has no channels of its own.
+    fn in_channel(self, wanted: usize, parameter: &Parameter) -> Result<Self> {
+        match self {
+            Self::Plane { plane, channel, factor } if channel.is_none_or(|c| c == wanted) => {
+                Ok(Self::Plane { plane, channel: Some(wanted), factor })
+            }
+            _ => Err(SceneError::new("request", format!("has no part in channel {wanted} alone"), "ask for all channels")
+                .at(parameter.name.as_str())),
+        }
+    }
+}
+
 /// The derivative images of an evaluation and the recipe of every column.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Plan {
@@ -130,7 +146,10 @@ impl Plan {
             } else {
                 parameter.terms.iter().zip(sources).map(|(t, s)| plan.contribution(t, s)).collect()
             };
-            plan.columns.push(column);
+            plan.columns.push(match parameter.channel {
+                Some(channel) => column.into_iter().map(|c| c.in_channel(channel, parameter)).collect::<Result<_>>()?,
+                None => column,
+            });
         }
         Ok(plan)
     }
@@ -189,6 +208,7 @@ fn source(capture: &Capture, number: &str) -> Result<Source> {
 
 enum Owner {
     Camera,
+    Tracing,
     Material,
     Object,
     Light,
@@ -201,6 +221,7 @@ fn split<'n>(capture: &Capture, number: &'n str) -> Option<(Owner, &'n str)> {
     let strip = |name: &str| rest.strip_prefix(name).and_then(|r| r.strip_prefix('.'));
     match section {
         "camera" => Some((Owner::Camera, rest)),
+        "tracing" => Some((Owner::Tracing, rest)),
         "material" => capture.materials.iter().find_map(|m| strip(&m.name)).map(|k| (Owner::Material, k)),
         "object" => capture.objects.iter().find_map(|o| strip(&o.name)).map(|k| (Owner::Object, k)),
         "light" => capture.lights.iter().find_map(|l| strip(&l.name)).map(|k| (Owner::Light, k)),
@@ -257,10 +278,12 @@ impl Scale {
             (_, "radius") => 0.05 * parameter.value.abs(),
             (_, "lobe_exponent") => 0.1 + 0.05 * parameter.value.abs(),
             ("lobe_axis", _) => 5e-3,
+            ("scale", _) => 0.02 * parameter.value.abs(),
             ("translation", _) => shift,
             ("rotation", _) => DISPLACEMENT / OBJECT,
             // Radiance is linear in these two: as far as their range goes.
             (_, "presence") => parameter.value.max(1.0 - parameter.value),
+            (_, "ray_offset") => parameter.value.max(5e-5),
             (_, "glare_fraction") => 0.25,
             (_, "glare_width") => 0.1 * parameter.value.abs(),
             (_, "aperture_radius") => 2e-3,

@@ -32,6 +32,8 @@ pub struct Parameter {
     /// Takes the derivative by finite differences of this step, in the unit of `value`, whatever is usual for the
     /// numbers; above 0. What acts on the film alone (a photo's gain) needs no difference and ignores it.
     pub step: Option<f64>,
+    /// The only channel (0 red, 1 green, 2 blue) that its column holds; the others are 0 there.
+    pub channel: Option<usize>,
 }
 
 impl Parameter {
@@ -122,6 +124,7 @@ impl Capture {
                     range,
                     terms: vec![Term { number: number.clone(), ratio: 1.0 }],
                     step: None,
+                    channel: None,
                 }));
             }
         }
@@ -197,5 +200,5 @@ fn common_factor(name: &str, parts: &[(&String, f64, Range)]) -> Parameter {
         min: parts.iter().map(|p| p.2.min).fold(f64::MIN, f64::max),
         max: parts.iter().map(|p| p.2.max).fold(f64::MAX, f64::min) / largest,
     };
-    Parameter { name: name.to_owned(), value: mean, range, terms, step: None }
+    Parameter { name: name.to_owned(), value: mean, range, terms, step: None, channel: None }
 }

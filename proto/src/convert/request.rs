@@ -100,6 +100,7 @@ pub(super) fn columns_to_wire(columns: &[Parameter]) -> Vec<wire::Parameter> {
             maximum: p.range.max,
             terms: p.terms.iter().map(term).collect(),
             step: p.step,
+            channel: p.channel.map(|c| c as u32),
         })
         .collect()
 }
@@ -128,7 +129,11 @@ pub(super) fn columns_from_wire(field: &str, columns: Vec<wire::Parameter>) -> R
             if step.is_some_and(|step| step <= 0.0) {
                 return Err(WireError::new(field, "has a step that is not above zero"));
             }
-            Ok(Parameter { value: finite(&field, column.value)?, range, terms, name, step })
+            let channel = column.channel.map(|c| c as usize);
+            if channel.is_some_and(|channel| channel > 2) {
+                return Err(WireError::new(field, "names a channel that is none of 0, 1, 2"));
+            }
+            Ok(Parameter { value: finite(&field, column.value)?, range, terms, name, step, channel })
         })
         .collect()
 }

@@ -13,6 +13,8 @@ pub struct Geometry {
     triangles: Vec<Triangle>,
     /// By object.
     extents: Vec<Extent>,
+    /// [`gonio_scene::capture::Tracing::ray_offset`].
+    ray_offset: f32,
 }
 
 /// What shading needs of a triangle, together, because a hit reads all of it.
@@ -24,8 +26,8 @@ struct Triangle {
     face: Vec3,
     /// Index of the object in the capture.
     object: u32,
-    /// See [`Surface::margin`].
-    margin: f32,
+    /// Bounds of [`Surface::margin`]: what rounding asks for, what the object's size allows.
+    margins: [f32; 2],
 }
 
 /// A point on a surface.
@@ -39,7 +41,7 @@ pub struct Surface {
     pub normal: Vec3,
     /// Index of the object in the capture.
     pub object: usize,
-    /// Distance that a ray must start off the face to miss it: a bound of the position's rounding error.
+    /// Distance off the face at which a ray starts, so that it misses it.
     pub margin: f32,
 }
 
@@ -84,6 +86,9 @@ impl Geometry {
                     "mend object_to_world or the mesh's units (metres)",
                 ));
             }
+            let low = world.iter().copied().reduce(Vec3::min).unwrap_or_default();
+            let high = world.iter().copied().reduce(Vec3::max).unwrap_or_default();
+            let most = MOST_OFFSET * low.distance(high);
             let turn = |n: &[f32; 3]| (cofactor * DVec3::from(n.map(f64::from))).normalize().as_vec3();
             let turned: Option<Vec<Vec3>> = mesh.normals.as_ref().map(|n| n.iter().map(turn).collect());
             for t in &mesh.triangles {
@@ -94,11 +99,13 @@ impl Geometry {
                 let Some(face) = cross.try_normalize().map(|f| (f * mirror).as_vec3()) else { continue };
                 let normals = turned.as_ref().map_or([face; 3], |n| [n[corner(0)], n[corner(1)], n[corner(2)]]);
                 let extent = v[0].abs().max(v[1].abs()).max(v[2].abs()).max_element();
-                triangles.push(Triangle { vertices: v, normals, face, object: index as u32, margin: extent * MARGIN });
+                let margins = [extent * MARGIN, most.max(extent * MARGIN)];
+                triangles.push(Triangle { vertices: v, normals, face, object: index as u32, margins });
             }
         }
         let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.vertices).collect();
-        Ok(Self { bvh: Bvh::build(&corners), triangles, extents })
+        let ray_offset = capture.tracing.ray_offset as f32;
+        Ok(Self { bvh: Bvh::build(&corners), triangles, extents, ray_offset })
     }
 
     /// The nearest triangle along a ray.
@@ -152,12 +159,14 @@ impl Geometry {
         let [a, b, c] = triangle.vertices;
         let [na, nb, nc] = triangle.normals;
         let w = 1.0 - hit.u - hit.v;
+        let position = a * w + b * hit.u + c * hit.v;
+        let [least, most] = triangle.margins;
         Surface {
-            position: a * w + b * hit.u + c * hit.v,
+            position,
             face: triangle.face,
             normal: (na * w + nb * hit.u + nc * hit.v).normalize_or(triangle.face),
             object: triangle.object as usize,
-            margin: triangle.margin,
+            margin: ((1.0 + position.abs().max_element()) * self.ray_offset).clamp(least, most),
         }
     }
 }
@@ -165,6 +174,9 @@ impl Geometry {
 /// Rounding error of an interpolated position relative to its triangle's largest coordinate, with room for the
 /// intersection test's own: pbrt's bound for three products and two sums is about 7 units in the last place.
 const MARGIN: f32 = 24.0 * f32::EPSILON;
+
+/// Largest offset of a ray relative to the diagonal of the object that it leaves: small parts keep their shadows.
+const MOST_OFFSET: f32 = 0.01;
 
 impl Surface {
     /// A ray from just off the surface towards `direction`.

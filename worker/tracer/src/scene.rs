@@ -89,7 +89,7 @@ impl Scene {
     /// As [`crate::Stage::prepare`].
     pub(crate) fn vary(&self, from: &Capture, to: &Capture, loaded: &Loaded) -> Result<Variant> {
         let (was, is) = (places(from, None), places(to, None));
-        let same_places = was == is;
+        let same_places = was == is && from.tracing == to.tracing;
         let geometry =
             if same_places { self.geometry.clone() } else { Arc::new(Geometry::new(to, &is, &loaded.assets)?) };
         let without = without(to, &loaded.assets, same_places.then_some((from, self)))?;

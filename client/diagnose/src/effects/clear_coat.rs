@@ -15,7 +15,7 @@ pub const EFFECT: Effect =
         variants: |context| {
             let mut variants = Vec::new();
             for (name, _) in context.plastics() {
-                for roughness in [0.08, 0.2] {
+                for roughness in [0.06, 0.11, 0.18, 0.28] {
                     let key = format!("material.{name}.clearcoat_roughness");
                     let factor = Direction::growing(format!("material.{name}.clearcoat_factor"), 1.0)
                         .by_step(0.3)

@@ -19,8 +19,7 @@ pub const EFFECT: Effect = Effect {
             let names = xyz(&format!("light.{}.position", light.name));
             let most = 0.5 * context.distance();
             let directions = names.into_iter().zip(position).map(|(n, x)| Direction::of(n, x, most)).collect();
-            // Another renderer without any effect differs along shadow edges by what half a millimetre at 0.3 m makes.
-            Some(Variant { least_move: 0.003 * context.distance(), ..Variant::of(light.name.clone(), directions) })
+            Some(Variant::of(light.name.clone(), directions))
         };
         context.lamps().filter_map(shift).collect()
     },

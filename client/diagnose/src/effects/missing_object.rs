@@ -1,9 +1,10 @@
 //! Something beside the part that the capture does not list: it tints the light, casts a shadow or stands in the picture.
 //!
-//! Tried as an upright wall at several sides and distances, each by the whole difference that it would make (a Lambertian
-//! box, present or absent); the refit then moves, turns, sizes and colours the best.
+//! Tried as an upright wall (a Lambertian box) at several sides, by the whole difference that it would make: a black one,
+//! and a white one, in each channel, whose mixture is a wall of any colour. The refit then moves, turns, sizes and
+//! colours the best.
 
-use super::{Direction, Effect, Family, Structure, Variant};
+use super::{Direction, Effect, Family, Structure, Variant, rgb, xyz};
 use gonio_scene::capture::{Material, Model, Object};
 use std::f64::consts::PI;
 
@@ -47,7 +48,8 @@ pub const EFFECT: Effect = Effect {
         let wall = |index: usize, azimuth: f64, distance: f64| {
             let name = format!("missing-{index}");
             let (c, s) = (libm::cos(azimuth), libm::sin(azimuth));
-            let (thick, wide, high) = (0.1 * reach, 5.0 * reach, 3.5 * reach);
+            // About as high as a part and much wider: a higher one would stand before every camera on its side.
+            let (thick, wide, high) = (0.1 * reach, 7.0 * reach, 2.0 * reach);
             let object_to_world = [
                 [c * thick, -s * wide, 0.0, centre[0] + c * distance],
                 [s * thick, c * wide, 0.0, centre[1] + s * distance],
@@ -64,23 +66,27 @@ pub const EFFECT: Effect = Effect {
             };
             let material =
                 Material { name: name.clone(), model: Model::Lambert { base_color: [0.5; 3] }, ..Material::default() };
-            let presence = Direction::growing(format!("object.{name}.presence"), 1.0).by_step(1.0);
             let number = |key: &str| format!("object.{name}.{key}");
-            let mut variant =
-                Variant::of(format!("at {:.0} degrees, {distance:.3} m", azimuth.to_degrees()), vec![presence])
-                    .adding(Structure::Object(Box::new((object, material)), BOX));
-            variant.settings = vec![(number("presence"), 1.0)];
-            variant.free = vec![
-                format!("material.{name}.base_color"),
-                number("translation.x"),
-                number("translation.y"),
-                number("rotation.z"),
-            ];
+            let presence = number("presence");
+            let colour = rgb(&format!("material.{name}.base_color"));
+            let wall = |channel: usize, albedo: f64| {
+                let start = Direction::of(presence.clone(), 0.0, 3.0).by_step(1.0).in_channel(channel);
+                colour.iter().fold(start, |d, c| d.with(c.clone(), 0.5, albedo))
+            };
+            let directions = (0..3).flat_map(|channel| [wall(channel, 0.0), wall(channel, 1.0)]).collect();
+            let mut variant = Variant::of(format!("at {:.0} degrees, {distance:.3} m", azimuth.to_degrees()), directions)
+                .adding(Structure::Object(Box::new((object, material)), BOX));
+            variant.settings = vec![(presence, 1.0)];
+            variant.settings.extend(colour.map(|c| (c, 0.5)));
+            let scale = [number("scale.y"), number("scale.z")];
+            variant.free = vec![format!("material.{name}.base_color"), number("translation.x"), number("translation.y")];
+            variant.free.push(number("rotation.z"));
+            variant.free.extend(scale.clone());
             variant
-                .searching(&[number("translation.x"), number("translation.y"), number("translation.z")], 0.5 * reach)
+                .searching(&xyz(&number("translation"))[..2], 0.5 * reach)
                 .searching(&[number("rotation.z")], 0.25)
+                .searching(&scale, 0.4)
         };
-        let sides = (0..8).flat_map(|i| [2.5].map(|far| (PI / 4.0 * f64::from(i), far * reach)));
-        sides.enumerate().map(|(i, (azimuth, distance))| wall(i, azimuth, distance)).collect()
+        (0..8).map(|i| wall(i, PI / 4.0 * i as f64, 2.2 * reach)).collect()
     },
 };

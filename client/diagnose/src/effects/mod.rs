@@ -111,9 +111,6 @@ pub struct Variant {
     /// Numbers to be found by a pattern search before the refit, with their first step: places, from which a gradient sees
     /// only as far as an edge is wide.
     pub search: Vec<(String, f64)>,
-    /// Smallest distance of the numbers from their nulls, together and in their own unit, that is of interest: below it two
-    /// renderers differ as much.
-    pub least_move: f64,
     /// Whether each number belongs to one photo, so that other photos say nothing about it.
     pub of_photos: bool,
 }
@@ -148,13 +145,25 @@ pub struct Direction {
     pub one_sided: bool,
     /// Largest sensible distance from the null, beyond which an expected change is cut.
     pub most: f64,
+    /// The only channel that the direction is seen in.
+    pub channel: Option<usize>,
 }
 
 impl Direction {
     /// A number that may go either way from `null`.
     #[must_use]
     pub fn of(name: String, null: f64, most: f64) -> Self {
-        Self { name, along: Vec::new(), step: None, step_at_null: None, power: 1, null, one_sided: false, most }
+        Self {
+            name,
+            along: Vec::new(),
+            step: None,
+            step_at_null: None,
+            power: 1,
+            null,
+            one_sided: false,
+            most,
+            channel: None,
+        }
     }
 
     /// A number that can only grow from 0.
@@ -167,6 +176,12 @@ impl Direction {
     #[must_use]
     pub fn by_step(self, step: f64) -> Self {
         Self { step: Some(step), ..self }
+    }
+
+    /// Seen in one channel alone.
+    #[must_use]
+    pub fn in_channel(self, channel: usize) -> Self {
+        Self { channel: Some(channel), ..self }
     }
 
     /// Scored by its square.
@@ -198,7 +213,6 @@ impl Variant {
             free,
             gray: Vec::new(),
             search: Vec::new(),
-            least_move: 0.0,
             of_photos: false,
         }
     }

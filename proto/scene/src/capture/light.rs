@@ -45,7 +45,7 @@ impl Default for Lobe {
 const AXIS: [f64; 3] = [0.0, 0.0, 1.0];
 
 impl Lobe {
-    const EXPONENT: Range = Range { min: 0.0, max: 1000.0 };
+    const EXPONENT: Range = Range { min: 0.0, max: 1e6 };
 
     fn describe(&mut self, v: &mut dyn Visitor) -> Result<()> {
         v.number("lobe_exponent", &mut self.exponent, Self::EXPONENT, Some(0.0))?;

@@ -12,6 +12,7 @@ mod read;
 pub mod reflectance;
 pub mod sensor;
 pub mod target;
+pub mod tracing;
 pub mod visit;
 mod write;
 
@@ -25,6 +26,7 @@ pub use photo::{Photo, Role};
 pub use reflectance::Reflectance;
 pub use sensor::{Response, Sensor};
 pub use target::Target;
+pub use tracing::Tracing;
 pub use visit::Range;
 
 use crate::files::Files;
@@ -47,6 +49,8 @@ pub struct Capture {
     pub camera: Camera,
     /// Noise, saturation and response.
     pub sensor: Sensor,
+    /// Conventions of the ray tracer.
+    pub tracing: Tracing,
     /// Named materials.
     pub materials: Vec<Material>,
     /// Named objects.
@@ -61,8 +65,8 @@ pub struct Capture {
     pub fit: Freed,
 }
 
-const TOP_LEVEL: [&str; 10] =
-    ["format", "name", "camera", "sensor", "material", "object", "light", "photo", "reflectance", "fit"];
+const TOP_LEVEL: [&str; 11] =
+    ["format", "name", "camera", "sensor", "tracing", "material", "object", "light", "photo", "reflectance", "fit"];
 
 impl Capture {
     /// Reads `capture.toml` from a capture's files.
@@ -125,6 +129,7 @@ impl Capture {
             Reader::new(file, "camera".into(), table("camera")?).read(&mut capture.camera)?;
         }
         Reader::new(file, "sensor".into(), table("sensor")?).read(&mut capture.sensor)?;
+        Reader::new(file, "tracing".into(), table("tracing")?).read(&mut capture.tracing)?;
         Reader::new(file, "fit".into(), table("fit")?).read(&mut capture.fit)?;
         capture.materials = read_list(file, &top, "material")?;
         capture.objects = read_list(file, &top, "object")?;
@@ -151,6 +156,9 @@ impl Capture {
         if !copy.sensor.is_empty() {
             top.insert("sensor".into(), Value::Table(write::write(&mut copy.sensor)?));
         }
+        if !copy.tracing.is_empty() {
+            top.insert("tracing".into(), Value::Table(write::write(&mut copy.tracing)?));
+        }
         write_list(&mut top, "material", &mut copy.materials)?;
         write_list(&mut top, "object", &mut copy.objects)?;
         write_list(&mut top, "light", &mut copy.lights)?;
@@ -170,6 +178,7 @@ impl Capture {
         let mut walk = |path: String, section: &mut dyn Section| section.describe(&mut Walker { path, each });
         walk("camera".into(), &mut self.camera)?;
         walk("sensor".into(), &mut self.sensor)?;
+        walk("tracing".into(), &mut self.tracing)?;
         for m in &mut self.materials {
             walk(format!("material.{}", m.name), m)?;
         }

@@ -1,6 +1,6 @@
 //! Objects: meshes placed in the world.
 
-use super::visit::{Range, Section, Visitor, vector_or};
+use super::visit::{Numbers, Range, Section, Visitor, XYZ, vector_or};
 use crate::Result;
 
 /// The 4x4 identity.
@@ -18,6 +18,8 @@ pub struct Object {
     pub material: String,
     /// Maps mesh coordinates to world coordinates; affine, row-major.
     pub object_to_world: [[f64; 4]; 4],
+    /// Size along the mesh's own axes, relative to the file's.
+    pub scale: [f64; 3],
     /// Correction of the pose: a shift, metres in world coordinates.
     pub translation: [f64; 3],
     /// Correction of the pose: a turn about the object's origin, as a rotation vector in world coordinates, radians.
@@ -33,6 +35,7 @@ impl Default for Object {
             mesh: String::new(),
             material: String::new(),
             object_to_world: IDENTITY,
+            scale: [1.0; 3],
             translation: [0.0; 3],
             rotation: [0.0; 3],
             presence: 1.0,
@@ -41,13 +44,16 @@ impl Default for Object {
 }
 
 impl Object {
-    /// Maps mesh coordinates to world coordinates, correction included: p = o + translation + R (object_to_world(q) - o),
-    /// with o the object's origin in the world.
+    /// Maps mesh coordinates to world coordinates, correction included: p = o + translation + R (object_to_world(s q) - o),
+    /// with s the scale and o the object's origin in the world.
     #[must_use]
     pub fn placement(&self) -> [[f64; 4]; 4] {
         let mut m = self.object_to_world;
+        for row in &mut m {
+            row.iter_mut().zip(self.scale).for_each(|(entry, scale)| *entry *= scale);
+        }
         if self.rotation != [0.0; 3] {
-            let was = &self.object_to_world;
+            let was = m;
             for (row, turned) in m.iter_mut().zip(turn(self.rotation)) {
                 for (j, entry) in row.iter_mut().take(3).enumerate() {
                     *entry = (0..3).map(|k| turned[k] * was[k][j]).sum();
@@ -101,6 +107,8 @@ impl Section for Object {
                 "write an invertible affine matrix, row-major",
             ));
         }
+        let (values, range) = (&mut self.scale[..], Range { min: 1e-9, max: 1e9 });
+        v.numbers("scale", Numbers { values, suffixes: &XYZ, range, default: Some(&[1.0; 3]) })?;
         vector_or(v, "translation", &mut self.translation, &[0.0; 3])?;
         vector_or(v, "rotation", &mut self.rotation, &[0.0; 3])?;
         v.number("presence", &mut self.presence, Range::UNIT, Some(1.0))

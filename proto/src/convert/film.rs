@@ -32,17 +32,9 @@ impl FilmShape {
     }
 }
 
-/// Little-endian bytes of the concatenation of `parts`.
-pub fn floats_to_wire<'v>(parts: impl IntoIterator<Item = &'v [f32]>) -> Bytes {
-    let mut bytes = Vec::new();
-    for values in parts {
-        let start = bytes.len();
-        bytes.resize(start + 4 * values.len(), 0);
-        // Over whole arrays, so that it is a vector loop: byte by byte, a film takes longer than its checksum.
-        let (numbers, _) = bytes[start..].as_chunks_mut::<4>();
-        numbers.iter_mut().zip(values).for_each(|(number, value)| *number = value.to_le_bytes());
-    }
-    bytes.into()
+/// Little-endian bytes of `values`.
+pub fn floats_to_wire<'v>(values: impl IntoIterator<Item = &'v f32>) -> Bytes {
+    values.into_iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>().into()
 }
 
 /// Copies numbers out of little-endian bytes, which need not be aligned, onto the end of `values`.
@@ -68,7 +60,7 @@ pub(super) fn append_floats(field: &str, bytes: &[u8], values: &mut Vec<f32>) ->
 /// The messages that return `film`: its chunks, then the commit.
 pub fn film_to_wire(id: AttemptId, film: &TileFilm, render_time: Duration) -> impl Iterator<Item = wire::FromWorker> {
     use wire::from_worker::Message;
-    let bytes = floats_to_wire([&*film.data]);
+    let bytes = floats_to_wire(&film.data);
     let commit = wire::Commit {
         id: Some(id.into()),
         size_bytes: bytes.len() as u64,

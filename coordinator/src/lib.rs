@@ -8,7 +8,8 @@ pub mod broker;
 pub mod evaluation;
 pub mod service;
 pub mod split;
-pub mod store;
+
+pub use gonio_store as store;
 
 use broker::{Broker, ToWorker, session};
 use evaluation::Captures;

@@ -25,6 +25,7 @@ async fn main() -> anyhow::Result<()> {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
     let blobs = Blobs::open(&arguments.store)?;
+    blobs.probe().await?;
     let listener = TcpListener::bind(&arguments.listen).await;
     let listener =
         listener.with_context(|| format!("cannot listen on {}; choose another --listen", arguments.listen))?;

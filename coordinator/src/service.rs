@@ -2,7 +2,6 @@
 
 use crate::Coordinator;
 use crate::broker::ToWorker;
-use crate::store::StoreError;
 use bytes::Bytes;
 use futures::StreamExt;
 use futures::stream::BoxStream;
@@ -54,18 +53,6 @@ pub async fn serve(
 
 struct Service {
     coordinator: Coordinator,
-}
-
-impl From<StoreError> for Status {
-    fn from(error: StoreError) -> Self {
-        let text = error.to_string();
-        match error {
-            StoreError::Missing(_) => Self::not_found(text),
-            StoreError::TooLarge { .. } => Self::resource_exhausted(text),
-            StoreError::Damaged(_) => Self::data_loss(text),
-            StoreError::Url { .. } | StoreError::Store(_) => Self::unavailable(text),
-        }
-    }
 }
 
 #[tonic::async_trait]

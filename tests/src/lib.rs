@@ -2,6 +2,8 @@
 
 #![allow(missing_docs, clippy::unwrap_used, clippy::missing_panics_doc)]
 
+#[cfg(unix)]
+pub mod cluster;
 pub mod hidden;
 
 use gonio_scene::film::{PixelSet, Tile};

@@ -8,93 +8,12 @@
 
 use gonio::farm::Farm;
 use gonio_fit::evaluate::Evaluate;
-use gonio_fit::{FitEvent, Options, fit};
-use gonio_scene::files::DirectoryFiles;
 use gonio_scene::{Capture, Evaluation, EvaluationRequest, Output};
-use gonio_tests::captures;
-use std::io::{BufRead, BufReader};
+use gonio_tests::cluster::{Cluster, PROGRAMS, Process, files, fitted};
 use std::ops::ControlFlow;
-use std::path::PathBuf;
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::LazyLock;
+use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
-
-/// The folder of the programs, built as this test was: `cargo test` of this crate alone would not have built them.
-static PROGRAMS: LazyLock<PathBuf> = LazyLock::new(|| {
-    let test = std::env::current_exe().unwrap();
-    let folder = test.ancestors().nth(2).unwrap().to_owned();
-    let release = folder.ends_with("release");
-    let built = Command::new(env!("CARGO"))
-        .args(["build", "--quiet", "--bin", "gonio-coordinator", "--bin", "gonio-worker"])
-        .args(release.then_some("--release"))
-        .arg("--target-dir")
-        .arg(folder.parent().unwrap())
-        .current_dir(env!("CARGO_MANIFEST_DIR").to_owned() + "/..")
-        .status();
-    assert!(built.unwrap().success());
-    folder
-});
-
-/// A program that dies with the test.
-struct Process(Child);
-
-impl Process {
-    fn start(program: &str, arguments: &[&str]) -> Self {
-        let mut command = Command::new(PROGRAMS.join(program));
-        command.args(arguments).env("RUST_LOG", "error").stdout(Stdio::piped());
-        Self(command.spawn().unwrap())
-    }
-
-    /// SIGTERM; how it ended.
-    fn terminate(&mut self) -> ExitStatus {
-        let id = self.0.id().to_string();
-        assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
-        self.0.wait().unwrap()
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        // Already gone is as good.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-/// A coordinator and its workers.
-struct Cluster {
-    workers: Vec<Process>,
-    coordinator: Process,
-    url: String,
-}
-
-impl Cluster {
-    fn start(workers: usize) -> Self {
-        Self::start_with("memory://", workers)
-    }
-
-    fn start_with(store: &str, workers: usize) -> Self {
-        let mut coordinator = Process::start("gonio-coordinator", &["--listen", "127.0.0.1:0", "--store", store]);
-        let mut line = String::new();
-        BufReader::new(coordinator.0.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let url = line.trim().strip_prefix("listening on ").unwrap().to_owned();
-        let mut cluster = Self { workers: Vec::new(), coordinator, url };
-        for _ in 0..workers {
-            cluster.add_worker();
-        }
-        cluster
-    }
-
-    fn add_worker(&mut self) {
-        self.workers.push(Process::start("gonio-worker", &["--coordinator", &self.url, "--threads", "1"]));
-    }
-}
-
-const CAPTURE: &str = "none-201";
-
-fn files() -> DirectoryFiles {
-    DirectoryFiles::new(captures().join(CAPTURE))
-}
 
 fn request(output: Output) -> EvaluationRequest {
     let capture = Capture::read(&files()).unwrap();
@@ -155,27 +74,6 @@ fn films_have_the_same_bits_however_they_are_farmed() {
     }
 }
 
-/// A short fit; after its second iteration, `in_between` is called once. The bits of all parameters and errors.
-fn fitted(farm: &Farm, in_between: &mut dyn FnMut()) -> Vec<u64> {
-    let capture = Capture::read(&files()).unwrap();
-    let mut open = farm.open(&files()).unwrap();
-    let options = Options { seed: 4, max_samples: 16, max_iterations: Some(4), ..Options::default() };
-    let mut iterations = 0;
-    let mut observer = |event: &FitEvent| {
-        if matches!(event, FitEvent::IterationDone(_)) {
-            iterations += 1;
-            if iterations == 2 {
-                in_between();
-            }
-        }
-        ControlFlow::Continue(())
-    };
-    let result = fit(&capture, &mut open, &options, &mut observer).unwrap();
-    assert!(iterations >= 2);
-    let numbers = result.parameters.iter().flat_map(|p| [Some(p.value), p.standard_error]);
-    numbers.flatten().chain([result.fit.reduced_chi_square]).map(f64::to_bits).collect()
-}
-
 #[test]
 fn a_fit_has_the_same_bits_however_it_is_farmed() {
     let expected = fitted(&Farm::embedded(1).unwrap(), &mut || ());
@@ -228,6 +126,29 @@ fn a_worker_waits_for_a_coordinator_and_both_stop_when_told() {
 }
 
 #[test]
+fn a_worker_reads_the_store_and_asks_the_coordinator_for_what_is_not_there() {
+    let top = std::env::temp_dir().join(format!("gonio-stores-{}", std::process::id()));
+    let [shared, empty] = ["shared", "empty"].map(|name| top.join(name));
+    std::fs::create_dir_all(&empty).unwrap();
+    let expected = evaluate(&Farm::embedded(1).unwrap(), Output::Statistics, &mut || ());
+    let answer_and_log = |store: &Path| {
+        let mut cluster = Cluster::start_with(shared.to_str().unwrap(), 0);
+        let log = top.join("log");
+        cluster.add_logged_worker(&["--store", store.to_str().unwrap()], &[], &log);
+        let answer = evaluate(&Farm::connect(&cluster.url).unwrap(), Output::Statistics, &mut || ());
+        (answer, std::fs::read_to_string(&log).unwrap())
+    };
+    let (fetched, asked) = ("fetched from the store", "asking the coordinator");
+    let (answer, log) = answer_and_log(&shared);
+    assert_eq!(answer, expected);
+    assert!(log.contains(fetched) && !log.contains(asked), "{log}");
+    let (answer, log) = answer_and_log(&empty);
+    assert_eq!(answer, expected);
+    assert!(!log.contains(fetched) && log.contains(asked), "{log}");
+    std::fs::remove_dir_all(top).unwrap();
+}
+
+#[test]
 fn arguments_that_make_no_sense_are_one_clear_line() {
     let fails = |program: &str, arguments: &[&str], expected: &str| {
         let output = Command::new(PROGRAMS.join(program)).args(arguments).output().unwrap();
@@ -238,4 +159,8 @@ fn arguments_that_make_no_sense_are_one_clear_line() {
     fails("gonio-coordinator", &["--listen", "nowhere", "--store", "memory://"], "cannot listen on nowhere");
     fails("gonio-worker", &["--coordinator", "not a url"], "write http://HOST:PORT");
     fails("gonio-worker", &[], "--coordinator");
+    let worker = |store| ["--coordinator", "http://127.0.0.1:1", "--store", store];
+    fails("gonio-worker", &worker("memory://"), "only the coordinator sees its memory");
+    fails("gonio-worker", &worker("/no/such/folder"), "/no/such/folder: is no folder here; mount");
+    fails("gonio-worker", &worker("ftp://x"), "is of an unknown kind, ftp");
 }

@@ -6,14 +6,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Every crate of the workspace with the crates of ours that it may depend on (tests and benchmarks included).
-const MAY_DEPEND_ON: [(&str, &[&str]); 9] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 10] = [
     ("gonio-scene", &[]),
     ("gonio-proto", &["gonio-scene"]),
+    ("gonio-store", &["gonio-proto"]),
     ("gonio-tracer", &["gonio-scene"]),
     ("gonio-fit", &["gonio-scene"]),
     ("gonio-diagnose", &["gonio-scene", "gonio-fit"]),
-    ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-tracer"]),
-    ("gonio-coordinator", &["gonio-scene", "gonio-proto"]),
+    ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-tracer"]),
+    ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store"]),
     ("gonio", &["gonio-scene", "gonio-proto", "gonio-fit", "gonio-diagnose", "gonio-coordinator", "gonio-worker"]),
     (
         "gonio-tests",

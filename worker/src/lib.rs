@@ -7,18 +7,15 @@ pub mod pull;
 pub mod remote;
 pub mod renderer;
 pub mod scenes;
+pub mod source;
 
-use futures::future::BoxFuture;
-use gonio_proto::{Digest, limits};
+pub use source::BlobSource;
+
+use gonio_proto::limits;
+use gonio_store::Blobs;
 use renderer::Renderer;
 use scenes::Scenes;
 use std::sync::Arc;
-
-/// Where a worker fetches captures' files.
-pub trait BlobSource: Send + Sync {
-    /// The blob with this digest, which has been verified; or why there is none, for people.
-    fn get(&self, digest: Digest) -> BoxFuture<'_, Result<bytes::Bytes, String>>;
-}
 
 /// A render pool and what it has prepared. Clones share both.
 #[derive(Clone)]
@@ -26,6 +23,8 @@ pub struct Worker {
     name: String,
     pool: Arc<rayon::ThreadPool>,
     scenes: Arc<Scenes>,
+    /// Where captures' files may lie besides with the coordinator.
+    store: Option<Blobs>,
 }
 
 impl Worker {
@@ -39,7 +38,14 @@ impl Worker {
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("render-{i}")).build()?;
         let pool = Arc::new(pool);
-        Ok(Self { name: name.to_owned(), scenes: Arc::new(Scenes::new(renderer, Arc::clone(&pool))), pool })
+        let scenes = Arc::new(Scenes::new(renderer, Arc::clone(&pool)));
+        Ok(Self { name: name.to_owned(), scenes, pool, store: None })
+    }
+
+    /// The same worker, which looks for captures' files in `store` before it asks a remote coordinator for them.
+    #[must_use]
+    pub fn with_store(self, store: Blobs) -> Self {
+        Self { store: Some(store), ..self }
     }
 
     /// Tasks that it renders at the same time.

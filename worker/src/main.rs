@@ -1,6 +1,7 @@
 //! `gonio-worker`: renders for a coordinator, as a process of its own.
 
 use clap::Parser;
+use gonio_store::Blobs;
 use gonio_worker::Worker;
 use gonio_worker::renderer::PathTracer;
 use std::sync::Arc;
@@ -20,6 +21,10 @@ struct Arguments {
     /// Name in logs and progress; made of the process id where it is absent
     #[arg(long)]
     name: Option<String>,
+    /// The coordinator's store, where this machine reaches it: a folder or s3://BUCKET/PREFIX. Captures' files are then
+    /// read from there, and asked of the coordinator only where they are missing
+    #[arg(long)]
+    store: Option<String>,
 }
 
 #[tokio::main(flavor = "multi_thread", worker_threads = 2)]
@@ -28,7 +33,10 @@ async fn main() -> anyhow::Result<()> {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
     let name = arguments.name.unwrap_or_else(|| format!("worker-{}", std::process::id()));
-    let worker = Worker::new(&name, arguments.threads, Arc::new(PathTracer))?;
+    let mut worker = Worker::new(&name, arguments.threads, Arc::new(PathTracer))?;
+    if let Some(url) = &arguments.store {
+        worker = worker.with_store(open(url).await?);
+    }
     let (mut interrupt, mut terminate) = (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
     let stop = async move {
         tokio::select! {
@@ -39,4 +47,18 @@ async fn main() -> anyhow::Result<()> {
     };
     worker.work_for(&arguments.coordinator, stop).await?;
     Ok(())
+}
+
+/// The coordinator's store, seen from here: it must be there already.
+async fn open(url: &str) -> anyhow::Result<Blobs> {
+    if url.starts_with("memory://") {
+        anyhow::bail!("--store {url}: only the coordinator sees its memory; leave --store out, or name its folder");
+    }
+    let folder = url.strip_prefix("file://").unwrap_or(url);
+    if !folder.contains("://") && !std::path::Path::new(folder).is_dir() {
+        anyhow::bail!("--store {url}: is no folder here; mount the coordinator's, or leave --store out");
+    }
+    let blobs = Blobs::open(url)?;
+    blobs.probe().await?;
+    Ok(blobs)
 }

@@ -256,7 +256,8 @@ fn render(scene: &dyn Scene, task: &Task, first_hits: bool, cancel: &AtomicBool)
     };
     let film = if first_hits { scene.first_hits(&tile, cancel) } else { scene.render(&tile, cancel) };
     match film {
-        Some(film) if film.data.iter().all(|value| value.is_finite()) => {
+        // Without a way out of the loop, so that it is a vector loop.
+        Some(film) if film.data.iter().fold(true, |finite, value| finite & value.is_finite()) => {
             film_to_wire(task.id, &film, start.elapsed()).collect()
         }
         Some(_) => {

@@ -1,6 +1,7 @@
 //! A coordinator in another process.
 
 use crate::pull::{Link, PullError};
+use crate::source::StoreFirst;
 use crate::{BlobSource, Worker};
 use backon::BackoffBuilder;
 use bytes::Bytes;
@@ -88,7 +89,7 @@ impl Worker {
         loop {
             let started = Instant::now();
             let end = tokio::select! {
-                link = connect(client.clone()) => match link {
+                link = self.connect(client.clone()) => match link {
                     Ok(link) => {
                         tracing::info!(url, "connected");
                         match self.serve(link, stop.clone()).await {
@@ -118,12 +119,16 @@ impl Worker {
             }
         }
     }
-}
-
-async fn connect(mut client: FarmClient<Channel>) -> Result<Link, Status> {
-    let (outbound, receiver) = mpsc::channel(OUTBOUND);
-    let inbound = client.work(ReceiverStream::new(receiver)).await?.into_inner().boxed();
-    Ok(Link { outbound, inbound, blobs: Arc::new(RemoteBlobs(client)) })
+    async fn connect(&self, mut client: FarmClient<Channel>) -> Result<Link, Status> {
+        let (outbound, receiver) = mpsc::channel(OUTBOUND);
+        let inbound = client.work(ReceiverStream::new(receiver)).await?.into_inner().boxed();
+        let coordinator = RemoteBlobs(client);
+        let blobs: Arc<dyn BlobSource> = match &self.store {
+            Some(store) => Arc::new(StoreFirst { store: store.clone(), otherwise: coordinator }),
+            None => Arc::new(coordinator),
+        };
+        Ok(Link { outbound, inbound, blobs })
+    }
 }
 
 /// Why a worker gives up.

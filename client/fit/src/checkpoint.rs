@@ -10,6 +10,7 @@ use crate::event::Iteration;
 use crate::{FitError, SolverName};
 use gonio_scene::PhotoStatistics;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,28 @@ pub(crate) struct Identity {
     pub seed: u64,
     pub start: Vec<f64>,
     pub capture: String,
+    /// See [`crate::Options::files`].
+    pub files: BTreeMap<String, String>,
+}
+
+impl Identity {
+    /// That a checkpoint of `old` may be continued.
+    fn continues(&self, old: &Self) -> Result<(), FitError> {
+        let differs = [
+            ("solver", old.solver != self.solver),
+            ("seed", old.seed != self.seed),
+            ("start", old.start != self.start),
+            ("capture", old.capture != self.capture),
+        ];
+        if let Some((what, _)) = differs.iter().find(|d| d.1) {
+            return Err(FitError::Resume { what });
+        }
+        let mut files = self.files.keys().chain(old.files.keys());
+        match files.find(|file| self.files.get(*file) != old.files.get(*file)) {
+            Some(file) => Err(FitError::ResumeFile { file: file.clone() }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// One evaluation of the fitted photos.
@@ -96,15 +119,7 @@ impl Journal {
     /// holds the same.
     pub fn new(identity: &Identity, resume: Option<&Checkpoint>, path: Option<&Path>) -> Result<Self, FitError> {
         if let Some(old) = resume {
-            let differs = [
-                ("solver", old.identity.solver != identity.solver),
-                ("seed", old.identity.seed != identity.seed),
-                ("start", old.identity.start != identity.start),
-                ("capture", old.identity.capture != identity.capture),
-            ];
-            if let Some((what, _)) = differs.iter().find(|d| d.1) {
-                return Err(FitError::Resume { what });
-            }
+            identity.continues(&old.identity)?;
         }
         let entries = resume.map(|r| r.entries.clone()).unwrap_or_default();
         let file = path.map(|p| begin(p, identity, &entries)).transpose()?;
@@ -210,7 +225,9 @@ mod tests {
     use super::*;
 
     fn identity() -> Identity {
-        Identity { solver: SolverName::LBfgs, seed: u64::MAX, start: vec![0.1 + 0.2], capture: "x".to_owned() }
+        let files = [("part.ply", "a"), ("00.exr", "b")].map(|(file, digest)| (file.to_owned(), digest.to_owned()));
+        let (capture, files) = ("x".to_owned(), files.into());
+        Identity { solver: SolverName::LBfgs, seed: u64::MAX, start: vec![0.1 + 0.2], capture, files }
     }
 
     fn entry(value: f64) -> Entry {
@@ -245,6 +262,14 @@ mod tests {
         let other = Identity { seed: 1, ..identity() };
         let error = Journal::new(&other, Some(&old), None).err().unwrap().to_string();
         assert_eq!(error, "the checkpoint is of another fit: its seed differs; resume with the same, or start anew");
+        // A file that is another, one that came, one that went.
+        for (file, digest) in [("part.ply", Some("c")), ("mask.png", Some("d")), ("00.exr", None)] {
+            let mut other = identity();
+            other.files.remove(file);
+            other.files.extend(digest.map(|digest| (file.to_owned(), digest.to_owned())));
+            let error = Journal::new(&other, Some(&old), None).err().unwrap().to_string();
+            assert!(error.starts_with(file) && error.contains("start anew without --resume"), "{error}");
+        }
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x");
         assert!(Checkpoint::read(&path).unwrap_err().to_string().contains("earlier fit"));

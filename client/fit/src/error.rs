@@ -66,4 +66,12 @@ pub enum FitError {
         /// What differs.
         what: &'static str,
     },
+    /// A checkpoint of the same capture with other files.
+    #[error(
+        "{file}: is not what it was when the checkpoint was written; put back the file of then, or start anew without --resume"
+    )]
+    ResumeFile {
+        /// The file, as the capture names it.
+        file: String,
+    },
 }

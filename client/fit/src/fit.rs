@@ -40,6 +40,7 @@ pub fn fit<'a>(
         seed: options.seed,
         start: space.start().to_vec(),
         capture: capture.to_toml()?,
+        files: options.files.clone(),
     };
     let journal = Journal::new(&identity, options.resume.as_ref(), options.checkpoint.as_deref())?;
     let started = FitEvent::Started {
@@ -105,6 +106,7 @@ fn conclude(
     if let Some((total, primary_samples)) = score {
         result.primary_samples += primary_samples;
         result.held_out = Some(Score::new(&total, 0));
+        result.warnings.extend(warnings::about_samples("held-out", total.invalid_samples));
     }
     if !outcome.converged {
         let out_of_iterations = result.iterations >= options.iterations();
@@ -158,6 +160,8 @@ fn summarise(
         .collect();
     let total = Normal::new(&entry.photos, &[]).total;
     let iterations = objective.iterations();
+    let mut warnings = uncertainty.as_ref().map(|u| warnings::about(space, &values, u)).unwrap_or_default();
+    warnings.extend(warnings::about_samples("fitted", total.invalid_samples));
     Ok(FitResult {
         capture: capture.name.clone(),
         converged: false,
@@ -171,7 +175,7 @@ fn summarise(
         fit: Score::new(&total, space.len()),
         held_out: None,
         correlations: uncertainty.as_ref().map(|u| u.correlations.clone()).unwrap_or_default(),
-        warnings: uncertainty.as_ref().map(|u| warnings::about(space, &values, u)).unwrap_or_default(),
+        warnings,
         loss_curve: iterations.iter().map(LossPoint::from).collect(),
         photos: entry.photos.clone(),
     })

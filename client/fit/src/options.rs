@@ -2,6 +2,7 @@
 
 use crate::{Checkpoint, FitError};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -85,6 +86,9 @@ pub struct Options {
     pub tolerance: f64,
     /// Starting values instead of the capture's: a freed parameter's name, or a colour's for all its channels.
     pub start: Vec<(String, f64)>,
+    /// Digest of each of the capture's files by the path that names it, in whatever notation: a checkpoint continues a fit of
+    /// the same files only, for they may be replaced under their names.
+    pub files: BTreeMap<String, String>,
     /// Where the state is written after each iteration.
     pub checkpoint: Option<PathBuf>,
     /// The state to go on from.
@@ -102,6 +106,7 @@ impl Default for Options {
             max_iterations: None,
             tolerance: 0.2,
             start: Vec::new(),
+            files: BTreeMap::new(),
             checkpoint: None,
             resume: None,
         }

@@ -3,7 +3,6 @@
 use crate::solve::Schedule;
 use crate::uncertainty::Uncertainty;
 use crate::{Normal, Score, Space};
-use gonio_scene::PhotoStatistics;
 
 /// Correlation from which on two parameters count as one.
 const INSEPARABLE: f64 = 0.98;
@@ -138,17 +137,16 @@ pub(crate) fn about_scores(normal: &Normal, fit: &Score, held_out: Option<&Score
             100.0 * normal.render_share()
         ));
     }
-    invalid(&normal.total, &mut warnings);
     warnings
 }
 
-fn invalid(total: &PhotoStatistics, warnings: &mut Vec<String>) {
-    if total.invalid_samples > 0 {
-        warnings.push(format!(
-            "{} samples were NaN or infinite and count as black: look for degenerate triangles or extreme values",
-            total.invalid_samples
-        ));
-    }
+/// The warning about samples of `which` photos that could not be used, if there were any.
+pub(crate) fn about_samples(which: &str, invalid_samples: u64) -> Option<String> {
+    (invalid_samples > 0).then(|| {
+        format!(
+            "{invalid_samples} samples of the {which} photos were NaN or infinite and count as black: look for degenerate triangles or extreme values"
+        )
+    })
 }
 
 #[cfg(test)]

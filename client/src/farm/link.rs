@@ -1,15 +1,13 @@
 //! How a client's calls reach a coordinator.
 
 use futures::StreamExt;
-use futures::future::BoxFuture;
 use futures::stream::BoxStream;
 use gonio_coordinator::Coordinator;
-use gonio_coordinator::store::Blobs;
 use gonio_proto::convert::digest::{blob_chunks, digests_from_wire, digests_to_wire};
 use gonio_proto::wire::farm_client::FarmClient;
-use gonio_proto::{Digest, limits, wire};
+use gonio_proto::{Digest, wire};
+use gonio_worker::Worker;
 use gonio_worker::pull::Link as WorkerLink;
-use gonio_worker::{BlobSource, Worker};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::mpsc;
@@ -59,21 +57,12 @@ impl Link {
     }
 }
 
-/// The embedded worker's files: the embedded coordinator's.
-struct StoredBlobs(Blobs);
-
-impl BlobSource for StoredBlobs {
-    fn get(&self, digest: Digest) -> BoxFuture<'_, Result<bytes::Bytes, String>> {
-        Box::pin(async move { self.0.get(digest, limits::BLOB_BYTES).await.map_err(|error| error.to_string()) })
-    }
-}
-
 /// Works for an embedded coordinator, for as long as its runtime lives.
 pub(super) async fn work_embedded(worker: Worker, coordinator: Coordinator) {
     loop {
         let (outbound, receiver) = mpsc::channel(2 * worker.slots() as usize);
         let inbound = coordinator.work(ReceiverStream::new(receiver).map(Ok)).boxed();
-        let blobs = Arc::new(StoredBlobs(coordinator.blobs.clone()));
+        let blobs = Arc::new(coordinator.blobs.clone());
         if let Err(error) = worker.serve(WorkerLink { outbound, inbound, blobs }, std::future::pending()).await {
             tracing::error!(%error, "the embedded worker starts again");
             tokio::time::sleep(Duration::from_millis(100)).await;

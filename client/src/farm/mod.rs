@@ -119,7 +119,7 @@ impl Farm {
         }
         // Last, so that a capture that is there is there with all its files.
         self.block_on(self.shared.link.put(capture, manifest))?;
-        Ok(OpenCapture::new(self.clone(), capture, packed.absent))
+        Ok(OpenCapture::new(self.clone(), capture, packed))
     }
 
     fn block_on<T>(&self, future: impl Future<Output = T>) -> T {

@@ -5,10 +5,10 @@ use super::link::Events;
 use futures::StreamExt;
 use gonio_fit::evaluate::{Evaluate, EvaluateError, Watch};
 use gonio_proto::convert::event::{Event, FilmCollector};
+use gonio_proto::convert::manifest::Packed;
 use gonio_proto::convert::request::{request_from_wire, request_to_wire};
 use gonio_proto::{Digest, WireError};
-use gonio_scene::{Evaluation, EvaluationRequest, Progress, SceneError};
-use std::collections::BTreeMap;
+use gonio_scene::{Evaluation, EvaluationRequest, Progress};
 use std::time::Duration;
 use tonic::{Code, Status};
 
@@ -19,13 +19,13 @@ const WATCH: Duration = Duration::from_millis(100);
 pub struct OpenCapture {
     farm: Farm,
     digest: Digest,
-    /// Photos that cannot be compared with, by index, and why.
-    absent: BTreeMap<usize, SceneError>,
+    /// Its files, and the photos that cannot be compared with.
+    packed: Packed,
 }
 
 impl OpenCapture {
-    pub(super) fn new(farm: Farm, digest: Digest, absent: BTreeMap<usize, SceneError>) -> Self {
-        Self { farm, digest, absent }
+    pub(super) fn new(farm: Farm, digest: Digest, packed: Packed) -> Self {
+        Self { farm, digest, packed }
     }
 
     /// The capture's digest: equal for equal files.
@@ -33,12 +33,17 @@ impl OpenCapture {
     pub fn digest(&self) -> Digest {
         self.digest
     }
+
+    /// Each file that the capture names, photos and masks included, and the digest of what was sent under its name.
+    pub fn files(&self) -> impl Iterator<Item = (&str, Digest)> {
+        self.packed.manifest.files.iter().map(|(path, (digest, _))| (path.as_str(), *digest))
+    }
 }
 
 impl Evaluate for OpenCapture {
     fn evaluate(&mut self, request: &EvaluationRequest, watch: &mut Watch<'_>) -> Result<Evaluation, EvaluateError> {
         if request.output.compares()
-            && let Some(error) = request.photos.iter().find_map(|photo| self.absent.get(photo))
+            && let Some(error) = request.photos.iter().find_map(|photo| self.packed.absent.get(photo))
         {
             return Err(EvaluateError::Refused(error.to_string()));
         }

@@ -1,6 +1,6 @@
 //! `gonio fit`.
 
-use crate::fixture::{TRUTH, capture_file, edit, gonio, json, photographed, succeeds};
+use crate::fixture::{TRUTH, blinded, capture_file, edit, gonio, json, photographed, succeeds};
 use serde_json::Value;
 use std::path::Path;
 
@@ -97,6 +97,16 @@ fn a_checkpoint_continues_nothing_else() {
     refused(&["--solver", "l-bfgs"], "solver");
     refused(&["--start", "material.shell.roughness=0.3"], "start");
     refused_in("nowhere", &[], "checkpoint.json");
+    // Other bytes under an old name: a mesh, a photograph.
+    for (file, other) in [("board.ply", "ball.ply"), ("photos/01.exr", "photos/02.exr")] {
+        let [file_path, other] = [file, other].map(|name| top.path().join("capture").join(name));
+        let kept = std::fs::read(&file_path).unwrap();
+        std::fs::copy(other, &file_path).unwrap();
+        refused(&[], &format!("{file}: is not what it was"));
+        refused(&[], "start anew without --resume");
+        std::fs::write(&file_path, kept).unwrap();
+    }
+    succeeds(top.path(), &[&short[..], &["--resume", "--out", "out"]].concat());
     edit(&capture_file(&top), "ior = 1.5", "ior = 1.6");
     refused(&[], "capture");
 }
@@ -125,4 +135,20 @@ fn events_are_json_lines() {
     let of = |kind: &str| events.iter().filter(|event| event["event"] == kind).count();
     assert_eq!((of("started"), of("held_out"), of("finished")), (1, 1, 1));
     assert!(of("iteration_done") >= 2, "{events:?}");
+}
+
+#[test]
+fn samples_that_overflow_are_counted_and_told() {
+    let top = blinded(photographed(4));
+    let result = json(&succeeds(
+        top.path(),
+        &["fit", "capture", "--out", "out", "--json", "--max-iterations", "2", "--samples", "4"],
+    ));
+    let warnings: Vec<&str> = result["warnings"].as_array().unwrap().iter().map(|w| w.as_str().unwrap()).collect();
+    for which in ["fitted", "held-out"] {
+        let expected = format!("samples of the {which} photos were NaN or infinite and count as black");
+        assert!(warnings.iter().any(|warning| warning.contains(&expected)), "{warnings:?}");
+    }
+    let report = std::fs::read_to_string(top.path().join("out/report.html")).unwrap();
+    assert!(report.contains("were NaN or infinite"));
 }

@@ -83,6 +83,19 @@ pub fn gray() -> TempDir {
     top
 }
 
+/// The same under a sky, in photo 01 and in the held-out photo 03, that is brighter than a float32 can tell.
+pub fn blinded(top: TempDir) -> TempDir {
+    let sky = Image { width: 4, height: 2, pixels: vec![[1e30; 3]; 8] };
+    write_exr(&top.path().join("capture/sky.exr"), &sky).unwrap();
+    let light = "\n[[light]]\nname = \"blast\"\nkind = \"environment\"\nmap = \"sky.exr\"\nscale = 1e12\n\n[fit]\n";
+    edit(&capture_file(&top), "\n[fit]\n", light);
+    for (photo, blast) in ["", ", \"blast\"", "", ", \"blast\""].iter().enumerate() {
+        let file = format!("file = \"photos/0{photo}.exr\"\n");
+        edit(&capture_file(&top), &file, &format!("{file}lights = [\"led\"{blast}]\n"));
+    }
+    top
+}
+
 /// Replaces `from`, which must be there, in the text file `path`.
 pub fn edit(path: &Path, from: &str, to: &str) {
     let text = std::fs::read_to_string(path).unwrap();

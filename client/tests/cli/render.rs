@@ -1,6 +1,6 @@
 //! `gonio render`.
 
-use crate::fixture::{SIZE, TRUTH, edit, gonio, json, scene, succeeds};
+use crate::fixture::{SIZE, TRUTH, blinded, edit, gonio, json, scene, succeeds};
 use gonio_scene::files::DirectoryFiles;
 use gonio_scene::image;
 
@@ -78,4 +78,20 @@ fn never_writes_over_the_capture() {
     assert_eq!(again.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&again.stderr).contains("--out"));
     assert_eq!(std::fs::read(top.path().join("capture/photos/00.exr")).unwrap(), before);
+}
+
+#[test]
+fn samples_that_overflow_are_counted_and_told() {
+    let top = blinded(scene(TRUTH));
+    let arguments = ["render", "capture", "--out", "out", "--samples", "4"];
+    let output = gonio(top.path(), &arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(stderr.contains("samples were NaN or infinite and count as black"), "{stderr}");
+    let result = json(&succeeds(top.path(), &[&arguments[..], &["--json"]].concat()));
+    let invalid = result["invalid_samples"].as_u64().unwrap();
+    // At least those that see the sky itself, at most all, in the two photos that have one; the others are as they were.
+    let samples = u64::from(SIZE.0 * SIZE.1) * 4;
+    assert!(invalid > samples / 2 && invalid <= 2 * samples, "{invalid}");
+    assert!(result["photos"][0]["mean"][0].as_f64().unwrap() > 0.05);
 }

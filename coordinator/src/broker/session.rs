@@ -1,11 +1,11 @@
 //! One worker's stream: checks what it says, and turns it into calls of the broker.
 
 use super::{Broker, ToWorker};
-use gonio_proto::convert::film::FilmAssembly;
+use gonio_proto::convert::film::{FilmAssembly, FilmShape};
 use gonio_proto::convert::task::{AttemptId, Hello};
 use gonio_proto::wire::from_worker::Message;
 use gonio_proto::{WireError, limits, wire};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::mpsc;
@@ -74,26 +74,28 @@ where
     }
     let worker = broker.join(hello, outbound.clone());
     let joined = Joined { broker, worker };
-    let mut films = Films { broker: Arc::clone(broker), worker, open: BTreeMap::new(), commits: JoinSet::new() };
+    let mut films = Films {
+        broker: Arc::clone(broker),
+        worker,
+        open: BTreeMap::new(),
+        sent: BTreeSet::new(),
+        commits: JoinSet::new(),
+    };
     loop {
         tokio::select! {
             message = inbound.next(), if films.commits.len() < COMMITS_AT_ONCE => match message {
                 Some(message) => films.receive(message?)?,
                 None => break,
             },
-            Some(result) = films.commits.join_next() => joined_commit(result)?,
+            Some(result) = films.commits.join_next() => films.committed(result)?,
         }
     }
     // What has come completely is accepted before the worker's leases end.
     while let Some(result) = films.commits.join_next().await {
-        joined_commit(result)?;
+        films.committed(result)?;
     }
     drop(joined);
     Ok(())
-}
-
-fn joined_commit(result: Result<Result<(), WireError>, JoinError>) -> Result<(), Status> {
-    Ok(result.map_err(|error| Status::internal(error.to_string()))??)
 }
 
 /// The results that a worker is sending.
@@ -102,8 +104,10 @@ struct Films {
     worker: u64,
     /// Films of which chunks have come. Bounded: only for leases that the worker holds.
     open: BTreeMap<AttemptId, FilmAssembly>,
+    /// Attempts among `commits`. What else comes of them is late: it must not overtake the first on another thread.
+    sent: BTreeSet<AttemptId>,
     /// Films complete, being decoded and reduced off the I/O threads.
-    commits: JoinSet<Result<(), WireError>>,
+    commits: JoinSet<Result<AttemptId, WireError>>,
 }
 
 impl Films {
@@ -143,9 +147,21 @@ impl Films {
         Ok(())
     }
 
+    /// Notes that a commit has been decided on.
+    fn committed(&mut self, result: Result<Result<AttemptId, WireError>, JoinError>) -> Result<(), Status> {
+        let id = result.map_err(|error| Status::internal(error.to_string()))??;
+        self.sent.remove(&id);
+        Ok(())
+    }
+
+    /// The shape of the film of an attempt that may still be sent.
+    fn expected(&self, id: AttemptId) -> Option<FilmShape> {
+        if self.sent.contains(&id) { None } else { self.broker.expected_film(self.worker, id) }
+    }
+
     fn add(&mut self, chunk: wire::ResultChunk) -> Result<(), WireError> {
         let id = AttemptId::from_wire("ResultChunk.id", chunk.id)?;
-        match self.broker.expected_film(self.worker, id) {
+        match self.expected(id) {
             Some(shape) => self.open.entry(id).or_insert_with(|| FilmAssembly::new(shape)).add(chunk),
             // Late: the lease ran out or the evaluation is over. The commit that follows will be counted.
             None => {
@@ -158,22 +174,23 @@ impl Films {
     fn commit(&mut self, commit: wire::Commit) -> Result<(), WireError> {
         let id = AttemptId::from_wire("Commit.id", commit.id)?;
         let open = self.open.remove(&id);
-        let Some(shape) = self.broker.expected_film(self.worker, id) else {
-            self.broker.refuse(self.worker, id, "its lease has ended");
+        let Some(shape) = self.expected(id) else {
+            self.broker.refuse(self.worker, id, "its lease has ended, or its film was sent before");
             return Ok(());
         };
         let film = open.unwrap_or_else(|| FilmAssembly::new(shape));
         let (broker, worker) = (Arc::clone(&self.broker), self.worker);
+        self.sent.insert(id);
         self.commits.spawn_blocking(move || {
             let film = film.finish(&commit)?;
-            let Some((active, part)) = broker.commit(worker, id) else { return Ok(()) };
+            let Some((active, part)) = broker.commit(worker, id) else { return Ok(id) };
             let reduced = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| active.reduction.add(&part, film)));
             match reduced {
                 Ok(true) => active.end(Ok(())),
                 Ok(false) => {}
                 Err(_) => active.end(Err(super::Failure::of_farm(format!("the reduction of {id} panicked")))),
             }
-            Ok(())
+            Ok(id)
         });
         Ok(())
     }

@@ -39,9 +39,10 @@ pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
     }
     let written = [CAPTURE_FILE, RESULT, REPORT, CHECKPOINT].map(str::to_owned);
     let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;
-    let options = options(arguments, &folder)?;
+    let mut options = options(arguments, &folder)?;
     let mut console = Console::new(arguments.farm.json);
     let mut farm = open(&arguments.farm, &input)?;
+    options.files = farm.files().map(|(path, digest)| (path.to_owned(), digest.to_string())).collect();
 
     let result = fit(&input.capture, &mut farm, &options, &mut console, &interrupt)?;
     let fitted = result.apply(&input.capture)?;

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
 
 use bytes::Bytes;
-use gonio_coordinator::store::{Blobs, StoreError};
 use gonio_proto::Digest;
+use gonio_store::{Blobs, StoreError};
 
 async fn conforms(blobs: &Blobs) {
     for content in [Bytes::new(), Bytes::from_static(b"a blob"), Bytes::from(vec![7; 3 << 20])] {
@@ -40,6 +40,7 @@ async fn a_folder_conforms_and_keeps_its_blobs() {
     let reopened = Blobs::open(&format!("file://{url}")).unwrap();
     assert_eq!(&reopened.get(digest, 100).await.unwrap()[..], b"a blob");
     let hex = digest.to_string();
+    reopened.probe().await.unwrap();
     assert!(root.join("blob/sha256").join(&hex[..2]).join(&hex).is_file());
 }
 
@@ -70,5 +71,5 @@ fn urls_of_no_store_are_refused() {
         assert!(error.contains(expected) && error.contains("s3://BUCKET/PREFIX"), "{error}");
     }
     #[cfg(not(feature = "s3"))]
-    assert!(Blobs::open("s3://bucket/prefix").unwrap_err().to_string().contains("--features s3"));
+    assert!(Blobs::open("s3://bucket/prefix").unwrap_err().to_string().contains("--features gonio-coordinator/s3"));
 }

@@ -1,9 +1,15 @@
-//! Where blobs lie: an object store, chosen by URL.
+//! Where blobs lie: an object store, chosen by URL. The coordinator writes it; workers that can reach it read it too.
 //!
 //! Keys are made from digests alone, so no request can name an object outside `blob/sha256/`. A blob is written once and
 //! never changed; whoever reads it verifies its digest.
 
+mod error;
+mod s3;
+
+pub use error::StoreError;
+
 use bytes::Bytes;
+use futures::StreamExt;
 use gonio_proto::{Digest, limits};
 use object_store::local::LocalFileSystem;
 use object_store::memory::InMemory;
@@ -11,39 +17,11 @@ use object_store::path::Path;
 use object_store::{ObjectStore, ObjectStoreExt, PutMode, PutOptions};
 use std::sync::Arc;
 
-/// What goes wrong with a store.
-#[derive(Debug, thiserror::Error)]
-pub enum StoreError {
-    /// The URL is not one of a store that this program knows.
-    #[error("--store {url}: {problem}; write a folder, memory:// or s3://BUCKET/PREFIX")]
-    Url {
-        /// As given.
-        url: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// There is no such blob.
-    #[error("there is no blob {0}; send it first")]
-    Missing(Digest),
-    /// A blob is larger than it may be.
-    #[error("the blob has {size} bytes, the limit is {limit}")]
-    TooLarge {
-        /// Bytes.
-        size: u64,
-        /// Bytes.
-        limit: u64,
-    },
-    /// A stored blob's bytes are not those that its key promises.
-    #[error("the stored blob {0} is damaged; delete it from the store and send it again")]
-    Damaged(Digest),
-    /// The store itself fails.
-    #[error("the store fails: {0}")]
-    Store(#[from] object_store::Error),
-}
-
 /// Blobs by digest.
 #[derive(Debug, Clone)]
 pub struct Blobs {
+    /// As given, for errors.
+    url: Arc<str>,
     store: Arc<dyn ObjectStore>,
 }
 
@@ -57,7 +35,7 @@ impl Blobs {
         let problem = |problem: String| StoreError::Url { url: url.to_owned(), problem };
         match url.split_once("://") {
             Some(("memory", _)) => Ok(Self::in_memory()),
-            Some(("s3", _)) => open_s3(url).map_err(problem),
+            Some(("s3", _)) => s3::open(url).map_err(problem),
             Some(("file", folder)) => open_folder(folder).map_err(problem),
             Some((scheme, _)) => Err(problem(format!("is of an unknown kind, {scheme}"))),
             None => open_folder(url).map_err(problem),
@@ -67,7 +45,24 @@ impl Blobs {
     /// A store that ends with the process.
     #[must_use]
     pub fn in_memory() -> Self {
-        Self { store: Arc::new(InMemory::new()) }
+        Self::over("memory://", Arc::new(InMemory::new()))
+    }
+
+    fn over(url: &str, store: Arc<dyn ObjectStore>) -> Self {
+        Self { url: url.into(), store }
+    }
+
+    /// Asks the store for something, so that a bucket, an address or credentials that are wrong are found out at the start.
+    ///
+    /// # Errors
+    /// The store does not answer, or refuses.
+    pub async fn probe(&self) -> Result<(), StoreError> {
+        let Some(Err(error)) = self.store.list(None).next().await else { return Ok(()) };
+        let mend = match self.url.split_once("://") {
+            Some(("s3", _)) => "check that the bucket exists, and AWS_ENDPOINT_URL, AWS_REGION and the credentials",
+            _ => "check that it can be read and written",
+        };
+        Err(StoreError::Unusable { url: self.url.to_string(), error, mend })
     }
 
     fn key(digest: Digest) -> Path {
@@ -97,10 +92,18 @@ impl Blobs {
         if size > limits::BLOB_BYTES {
             return Err(StoreError::TooLarge { size, limit: limits::BLOB_BYTES });
         }
-        let options = PutOptions::from(PutMode::Create);
-        match self.store.put_opts(&Self::key(digest), blob.into(), options).await {
+        let key = Self::key(digest);
+        match self.store.put_opts(&key, blob.clone().into(), PutOptions::from(PutMode::Create)).await {
             Ok(_) => Ok(false),
             Err(object_store::Error::AlreadyExists { .. }) => Ok(true),
+            // Without conditional writes, the worst is to write the same bytes twice.
+            Err(object_store::Error::NotImplemented { .. }) => {
+                let existed = self.has(digest).await?;
+                if !existed {
+                    self.store.put(&key, blob.into()).await?;
+                }
+                Ok(existed)
+            }
             Err(error) => Err(error.into()),
         }
     }
@@ -131,22 +134,5 @@ fn open_folder(folder: &str) -> Result<Blobs, String> {
     }
     std::fs::create_dir_all(folder).map_err(|error| format!("cannot be made: {error}"))?;
     let store = LocalFileSystem::new_with_prefix(folder).map_err(|error| error.to_string())?;
-    Ok(Blobs { store: Arc::new(store) })
-}
-
-#[cfg(feature = "s3")]
-fn open_s3(url: &str) -> Result<Blobs, String> {
-    let parsed = url::Url::parse(url).map_err(|error| error.to_string())?;
-    // Fails only where another provider is installed already, which then serves as well.
-    let _ = rustls::crypto::ring::default_provider().install_default();
-    let bucket = format!("s3://{}", parsed.host_str().unwrap_or_default());
-    let store = object_store::aws::AmazonS3Builder::from_env().with_url(bucket).build();
-    let store = store.map_err(|error| error.to_string())?;
-    let prefix = Path::from_url_path(parsed.path()).map_err(|error| error.to_string())?;
-    Ok(Blobs { store: Arc::new(object_store::prefix::PrefixStore::new(store, prefix)) })
-}
-
-#[cfg(not(feature = "s3"))]
-fn open_s3(_: &str) -> Result<Blobs, String> {
-    Err("needs a build with `--features s3`".to_owned())
+    Ok(Blobs::over(folder, Arc::new(store)))
 }

@@ -1,0 +1,140 @@
+//! The real programs as processes: a coordinator, its workers, and what is done with them.
+
+use crate::captures;
+use gonio::farm::Farm;
+use gonio_fit::{FitEvent, Options, fit};
+use gonio_scene::Capture;
+use gonio_scene::files::DirectoryFiles;
+use std::io::{BufRead, BufReader};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::LazyLock;
+
+/// The folder of the programs, built as this test was: `cargo test` of this crate alone would not have built them.
+pub static PROGRAMS: LazyLock<PathBuf> = LazyLock::new(|| {
+    let test = std::env::current_exe().unwrap();
+    let folder = test.ancestors().nth(2).unwrap().to_owned();
+    let release = folder.ends_with("release");
+    let built = Command::new(env!("CARGO"))
+        .args(["build", "--quiet", "--bin", "gonio-coordinator", "--bin", "gonio-worker"])
+        .args(cfg!(feature = "s3").then_some("--features=gonio-coordinator/s3,gonio-worker/s3"))
+        .args(release.then_some("--release"))
+        .arg("--target-dir")
+        .arg(folder.parent().unwrap())
+        .current_dir(env!("CARGO_MANIFEST_DIR").to_owned() + "/..")
+        .status();
+    assert!(built.unwrap().success());
+    folder
+});
+
+/// One of our programs, its standard output to be read.
+pub fn command(program: &str, arguments: &[&str]) -> Command {
+    let mut command = Command::new(PROGRAMS.join(program));
+    command.args(arguments).stdout(Stdio::piped());
+    command
+}
+
+/// A program that dies with the test.
+pub struct Process(Child);
+
+impl Process {
+    pub fn start(program: &str, arguments: &[&str]) -> Self {
+        Self::spawn(command(program, arguments).env("RUST_LOG", "error"))
+    }
+
+    pub fn spawn(command: &mut Command) -> Self {
+        Self(command.spawn().unwrap())
+    }
+
+    /// SIGTERM; how it ended.
+    pub fn terminate(&mut self) -> ExitStatus {
+        let id = self.0.id().to_string();
+        assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+        self.0.wait().unwrap()
+    }
+}
+
+impl From<Child> for Process {
+    fn from(child: Child) -> Self {
+        Self(child)
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // Already gone is as good.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A coordinator and its workers.
+pub struct Cluster {
+    pub workers: Vec<Process>,
+    pub coordinator: Process,
+    pub url: String,
+}
+
+impl Cluster {
+    pub fn start(workers: usize) -> Self {
+        Self::start_with("memory://", workers)
+    }
+
+    pub fn start_with(store: &str, workers: usize) -> Self {
+        Self::start_in(store, workers, &[])
+    }
+
+    /// A coordinator with further environment variables.
+    pub fn start_in(store: &str, workers: usize, environment: &[(&str, &str)]) -> Self {
+        let mut command = command("gonio-coordinator", &["--listen", "127.0.0.1:0", "--store", store]);
+        command.env("RUST_LOG", "error").envs(environment.iter().copied());
+        let mut coordinator = Process::spawn(&mut command);
+        let mut line = String::new();
+        BufReader::new(coordinator.0.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let url = line.trim().strip_prefix("listening on ").unwrap().to_owned();
+        let mut cluster = Self { workers: Vec::new(), coordinator, url };
+        for _ in 0..workers {
+            cluster.add_worker();
+        }
+        cluster
+    }
+
+    pub fn add_worker(&mut self) {
+        self.workers.push(Process::start("gonio-worker", &["--coordinator", &self.url, "--threads", "1"]));
+    }
+
+    /// A worker with further arguments and environment variables, which writes its log to a file.
+    pub fn add_logged_worker(&mut self, more: &[&str], environment: &[(&str, &str)], log: &Path) {
+        let mut command = command("gonio-worker", &["--coordinator", &self.url, "--threads", "1"]);
+        command.args(more).env("RUST_LOG", "gonio_worker=debug").envs(environment.iter().copied());
+        command.stderr(std::fs::File::create(log).unwrap());
+        self.workers.push(Process::spawn(&mut command));
+    }
+}
+
+/// The capture that the cluster works on.
+pub fn files() -> DirectoryFiles {
+    DirectoryFiles::new(captures().join("none-201"))
+}
+
+/// A short fit; after its second iteration, `in_between` is called once. The bits of all parameters and errors.
+pub fn fitted(farm: &Farm, in_between: &mut dyn FnMut()) -> Vec<u64> {
+    let capture = Capture::read(&files()).unwrap();
+    let mut open = farm.open(&files()).unwrap();
+    let options = Options { seed: 4, max_samples: 16, max_iterations: Some(4), ..Options::default() };
+    let mut iterations = 0;
+    let mut observer = |event: &FitEvent| {
+        if matches!(event, FitEvent::IterationDone(_)) {
+            iterations += 1;
+            if iterations == 2 {
+                in_between();
+            }
+        }
+        ControlFlow::Continue(())
+    };
+    let result = fit(&capture, &mut open, &options, &mut observer).unwrap();
+    assert!(iterations >= 2);
+    let numbers = result.parameters.iter().flat_map(|p| [Some(p.value), p.standard_error]);
+    numbers.flatten().chain([result.fit.reduced_chi_square]).map(f64::to_bits).collect()
+}

@@ -176,6 +176,8 @@ fn source(capture: &Capture, number: &str) -> Result<Source> {
         None => (key, None),
     };
     Ok(match (owner, base, channel) {
+        // Where light enters moves with it.
+        (Owner::Material, "scatter_distance", None) => Source::Difference,
         (Owner::Material, _, Some(channel))
         | (Owner::Light, "intensity" | "irradiance" | "radiance", Some(channel)) => {
             Source::Colour { prefix: number[..number.len() - 2].to_owned(), channel }
@@ -255,6 +257,10 @@ impl Scale {
             (_, "cx" | "cy") => DISPLACEMENT,
             (_, "radius") if parameter.value == 0.0 => 5.0 * shift,
             (_, "radius") => 0.05 * parameter.value.abs(),
+            // Light spreads about twice as far as its mean free path.
+            (_, "scatter_distance") => {
+                (0.1 * parameter.value.abs()).max(self.pixel * if parameter.value == 0.0 { 1.0 } else { 0.2 })
+            }
             (_, "lobe_exponent") => 0.1 + 0.05 * parameter.value.abs(),
             ("lobe_axis", _) => 5e-3,
             ("translation", _) => shift,

@@ -10,7 +10,7 @@
 
 mod sensor;
 
-use crate::capture::{Capture, Sensor};
+use crate::capture::{Capture, LONGEST_SCATTER, Sensor};
 use crate::parameter::{Parameter, Term};
 use crate::{Result, SceneError};
 
@@ -259,7 +259,8 @@ impl Scale {
             (_, "radius") => 0.05 * parameter.value.abs(),
             // Light spreads about twice as far as its mean free path.
             (_, "scatter_distance") => {
-                (0.1 * parameter.value.abs()).max(self.pixel * if parameter.value == 0.0 { 1.0 } else { 0.2 })
+                let least = self.pixel * if parameter.value == 0.0 { 1.0 } else { 0.2 };
+                (0.1 * parameter.value.abs()).max(least).min(0.4 * LONGEST_SCATTER)
             }
             (_, "lobe_exponent") => 0.1 + 0.05 * parameter.value.abs(),
             ("lobe_axis", _) => 5e-3,

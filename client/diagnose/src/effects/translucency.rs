@@ -5,7 +5,7 @@
 //! two are tried.
 
 use super::{Direction, Effect, Family, Variant};
-use gonio_scene::capture::Model;
+use gonio_scene::capture::{LONGEST_SCATTER, Model};
 
 /// The catalogue's entry.
 pub const EFFECT: Effect = Effect {
@@ -19,7 +19,7 @@ pub const EFFECT: Effect = Effect {
         half.sort_by(f64::total_cmp);
         // Of the part, and in the photos.
         let (size, pixel) = (half[1], context.distance() / context.capture.camera.fx);
-        let most = (0.5 * size).min(0.1);
+        let most = (0.5 * size).min(LONGEST_SCATTER);
         let mut variants = Vec::new();
         for material in context.materials().filter(|m| !matches!(m.model, Model::Conductor { .. })) {
             for part in [0.04, 0.12] {

@@ -224,7 +224,7 @@ fn translucent_surfaces() {
     check(&format!("{LAMBERT}scatter_distance = 0.05\n"), &["base_color", "diffuse_roughness", "sheen_color", "bump"]);
     let bump = "[0.01, 0.02, 0, 0, -0.01, 0, 0, 0, 0.01, 0, 0, 0, 0, 0, 0, 0.005, 0, 0, 0]";
     let keys = format!(
-        "{PLASTIC}scatter_distance = 0.05\nsecond_lobe_weight = 0.3\nclearcoat_factor = 0.5\nbump = {bump}\n\
+        "{PLASTIC}scatter_distance = 0.05\nsecond_lobe_weight = 0.3\nclearcoat_factor = 0.5\nclearcoat_roughness = 0.3\nbump = {bump}\n\
          diffuse_roughness = 0.4\n"
     );
     check(

@@ -54,7 +54,10 @@ fn a_short_path_is_no_path() {
     let plain = at(&stage, 0.0, 128);
     let off = [0.02, 0.005, 1e-4].map(|path| distance(&at(&stage, path, 128), &plain));
     println!("{off:.4?}");
-    assert!(off[0] > 2.0 * off[1] && off[1] > off[2] && off[2] < 0.01, "{off:?}");
+    // What is left is the noise of light between board and block, which takes other turns.
+    assert!(off[0] > 2.0 * off[1] && off[1] > off[2] && off[2] < 0.02, "{off:?}");
+    let ratio = mean(&at(&stage, 1e-4, 128)) / mean(&plain);
+    assert!((ratio - 1.0).abs() < 2e-3, "{ratio}");
     let shortest = at(&stage, 1e-9, 16);
     assert!(distance(&shortest, &at(&stage, 0.0, 16)) < 1e-3);
 }

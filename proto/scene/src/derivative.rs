@@ -10,7 +10,7 @@
 
 mod sensor;
 
-use crate::capture::{Capture, Sensor};
+use crate::capture::{Capture, LONGEST_SCATTER, Sensor};
 use crate::parameter::{Parameter, Term};
 use crate::{Result, SceneError};
 
@@ -195,6 +195,8 @@ fn source(capture: &Capture, number: &str) -> Result<Source> {
         None => (key, None),
     };
     Ok(match (owner, base, channel) {
+        // Where light enters moves with it.
+        (Owner::Material, "scatter_distance", None) => Source::Difference,
         (Owner::Material, _, Some(channel))
         | (Owner::Light, "intensity" | "irradiance" | "radiance", Some(channel)) => {
             Source::Colour { prefix: number[..number.len() - 2].to_owned(), channel }
@@ -276,6 +278,11 @@ impl Scale {
             (_, "cx" | "cy") => DISPLACEMENT,
             (_, "radius") if parameter.value == 0.0 => 5.0 * shift,
             (_, "radius") => 0.05 * parameter.value.abs(),
+            // Light spreads about twice as far as its mean free path.
+            (_, "scatter_distance") => {
+                let least = self.pixel * if parameter.value == 0.0 { 1.0 } else { 0.2 };
+                (0.1 * parameter.value.abs()).max(least).min(0.4 * LONGEST_SCATTER)
+            }
             (_, "lobe_exponent") => 0.1 + 0.05 * parameter.value.abs(),
             ("lobe_axis", _) => 5e-3,
             ("scale", _) => 0.02 * parameter.value.abs(),

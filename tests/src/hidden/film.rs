@@ -106,10 +106,10 @@ impl Hits {
         Self::mean(self.0[photo][pixel].iter(), none, f)
     }
 
-    /// The part's share of a pixel.
-    #[must_use]
-    pub fn coverage(&self, photo: usize, pixel: usize) -> f64 {
-        self.0[photo][pixel].iter().filter(|h| h.on_part).count() as f64 / f64::from(GRID * GRID)
+    /// Where a pixel's rays meet the part, and their share of the pixel.
+    pub fn part(&self, photo: usize, pixel: usize) -> (impl Iterator<Item = &Hit>, f64) {
+        let hits = || self.0[photo][pixel].iter().filter(|h| h.on_part);
+        (hits(), hits().count() as f64 / f64::from(GRID * GRID))
     }
 
     fn mean<'a>(hits: impl Iterator<Item = &'a Hit>, none: f64, f: impl Fn(&Hit) -> f64) -> f64 {

@@ -2,6 +2,7 @@
 //! making the effect. What that path samples inside the renderer is arithmetic on films here, or a mean of films, or
 //! another mesh.
 
+mod diffusion;
 mod film;
 mod mesh;
 mod optics;

@@ -1,5 +1,6 @@
 //! Effects of the part's material, mixed from films of simpler parts.
 
+use super::diffusion;
 use super::film::{Films, Hit, Hits};
 use super::mesh;
 use super::places::Field;
@@ -73,10 +74,8 @@ pub fn films(
             plain().with(&fibres, |a, b| a + b)
         }
         "translucency" => {
-            let (hits, plain) = (Hits::of(world), plain());
-            let below = diffuse(&plain);
-            let soft = blurred(&below, &hits, 1.8 * strength.sqrt(), world.capture.camera.width as usize);
-            plain.with(&below, |a, b| a - b).with(&soft, |a, b| a + b)
+            let spread = diffusion::spread(world, &Hits::of(world), 0.004 * strength.sqrt());
+            plain().with(&spread, |a, b| a + b)
         }
         _ => return None,
     })
@@ -147,26 +146,4 @@ fn fibre(hit: &Hit, world: &World) -> f64 {
     let cos = dot(unit(add(eye, lamp)), hit.normal);
     let sine = (1.0 - cos * cos).max(0.0).sqrt();
     if v + l < 1e-3 { 0.0 } else { 6.0 / (2.0 * PI) * sine.powi(4) / (4.0 * (v + l - v * l)) }
-}
-
-/// Blurred by a Gaussian that reaches no further than the part.
-fn blurred(films: &Films, hits: &Hits, width: f64, columns: usize) -> Films {
-    let reach = (3.0 * width).ceil() as isize;
-    films.at(|photo, i, _| {
-        let film = &films.0[photo];
-        let own = hits.coverage(photo, i);
-        let (x, y) = ((i % columns) as isize, (i / columns) as isize);
-        let (mut sum, mut total) = ([0.0; 3], 0.0);
-        for (dy, dx) in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dy, dx))) {
-            let (px, py) = (x + dx, y + dy);
-            if own > 0.0 && px >= 0 && py >= 0 && px < columns as isize && (py as usize) < film.len() / columns {
-                let j = py as usize * columns + px as usize;
-                let weight = libm::exp(-0.5 * (dx * dx + dy * dy) as f64 / (width * width));
-                // Light of a pixel is that of the part's share of it already.
-                sum = add(sum, scale(film[j], weight));
-                total += weight * hits.coverage(photo, j);
-            }
-        }
-        if total > 0.0 { scale(sum, own / total) } else { film[i] }
-    })
 }

@@ -24,6 +24,16 @@ impl Basis {
         Self { x, y: Vec3::new(b, sign + z.y * z.y * a, -z.y), z }
     }
 
+    /// The frame turned the shortest way so that its normal is `z`; where that is opposite, some frame of it.
+    pub fn turned(&self, z: Vec3) -> Self {
+        let (sum, cos) = (self.z + z, self.z.dot(z));
+        if cos < -0.999 {
+            return Self::new(z);
+        }
+        let turn = |v: Vec3| v - sum * (v.dot(z) / (1.0 + cos));
+        Self { x: turn(self.x), y: turn(self.y), z }
+    }
+
     /// A world direction in the frame.
     #[inline(always)]
     pub fn local(&self, v: Vec3) -> Vec3 {

@@ -4,7 +4,9 @@
 //! Derivatives are detached: directions, densities and roulette are chosen from the current parameters and held fixed,
 //! so that d radiance / d parameter is the estimator with d f in place of f, at no extra ray.
 
+mod below;
 mod block;
+mod probe;
 
 pub use block::{Paths, lights_blocks, trace_block};
 
@@ -130,6 +132,7 @@ pub fn trace<const SAME: bool>(
     let mut carrier = Carrier { throughput: start.throughput, derivatives: scratch };
     // Lights of intensity 0 have no part in the radiance: their derivatives must not shift its numbers.
     let mut dark = (world.lights.dark() > 0 && !tally.derivatives.is_empty()).then(|| sampler.aside(Aside::Dark));
+    let mut beneath = None;
     let share = |arrival: Option<(f32, f32)>, pdf: f32| arrival.map_or(1.0, |(own, pick)| power(own, pdf * pick));
     for bounce in start.bounce.. {
         let limit = hit.map_or(f32::INFINITY, |h| h.t);
@@ -168,6 +171,36 @@ pub fn trace<const SAME: bool>(
         let lights = world.lights.sampled();
         let all = bounce == 0 && lights <= ALL_LIGHTS;
         let pick = if all || lights == 0 { 1.0 } else { 1.0 / lights as f32 };
+        if below::is_translucent(shader, &surface) {
+            // A guide that lets no light below knows no way there.
+            let (guide, chooser, towards_eye) = if proposal.scatter_distance() > 0.0 {
+                (proposal, chooser, towards_chooser)
+            } else {
+                (shader, &local, wo)
+            };
+            let here = below::Bounce {
+                world,
+                surface: &surface,
+                shader,
+                local: &local,
+                wo,
+                guide,
+                chooser,
+                towards: towards_eye,
+                bounce,
+            };
+            let beneath = beneath.get_or_insert_with(|| sampler.aside(Aside::Below));
+            let numbers = below::Numbers { lobe: numbers, lights: towards, probe: beneath.next4() };
+            match here.follow(&numbers, sampler, &mut dark, &mut proposed, &mut carrier, tally) {
+                Some((next, pdf)) => {
+                    ray = next;
+                    hit = world.geometry.closest(&ray);
+                    arrival = Some((pdf, pick));
+                    continue;
+                }
+                None => return,
+            }
+        }
         // `met` says that a path can come upon the light as well; `pick` is the chance that it was chosen.
         let mut direct = |light: Option<(LightSample, PlaneIndex)>, pick: f32, met: bool| {
             let Some((sample, plane)) = light else { return };

@@ -4,6 +4,7 @@ mod column;
 mod effects;
 #[cfg(test)]
 mod tests;
+mod translucent;
 
 use crate::affine::rgb;
 use crate::basis::Basis;
@@ -158,7 +159,7 @@ impl Shader {
             }
         }
         if let (Some(effects), Some(detail)) = (&self.effects, &local.detail) {
-            effects.scatter(detail, wo, wi, weight, into);
+            effects.scatter::<true>(detail, wo, wi, weight, into);
         }
     }
 }

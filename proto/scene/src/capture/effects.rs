@@ -17,6 +17,9 @@ pub const VARIATION: [&str; VARIATIONS] =
 /// `(radiance(NULL_STEP) - radiance(0)) / NULL_STEP`; divided by `NULL_STEP` once more it is the slope by the square.
 pub const NULL_STEP: f64 = 0.1;
 
+/// Longest mean free path below a surface, metres: beyond, a part is no longer a surface to light.
+pub const LONGEST_SCATTER: f64 = 0.1;
+
 /// The effects of a material. Which of them a model has, [`Effects::describe`] says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effects {
@@ -34,6 +37,11 @@ pub struct Effects {
     pub clearcoat_ior: f64,
     /// Share of a metal that reflects `base_color` along its normal, 0..=1.
     pub metallic: f64,
+    /// Mean free path of light below the surface, metres, 0..=0.1 (`scatterDistance` of the glTF draft
+    /// `KHR_materials_subsurface`): the diffuse light that enters at a point leaves at distance r with density
+    /// `(exp(-r/d) + exp(-r/(3d))) / (8 pi d r)` per area, `d = scatter_distance / (1.9 - A + 3.5 (A - 0.8)^2)`, A the
+    /// channel's `base_color` (Christensen and Burley 2015). At 0 it leaves where it enters.
+    pub scatter_distance: f64,
     /// How far the highlight is drawn out along the tangent, 0..=1.
     pub anisotropy_strength: f64,
     /// Turn of the tangent about the normal, radians.
@@ -60,6 +68,7 @@ impl Default for Effects {
             clearcoat_roughness: 0.1,
             clearcoat_ior: 1.5,
             metallic: 0.0,
+            scatter_distance: 0.0,
             anisotropy_strength: 0.0,
             anisotropy_rotation: 0.0,
             sheen_color: [0.0; 3],
@@ -86,6 +95,8 @@ impl Effects {
                 Range { min: 0.0, max: 2.0 },
                 null.diffuse_roughness,
             )?;
+            let lengths = Range { min: 0.0, max: LONGEST_SCATTER };
+            number("scatter_distance", &mut self.scatter_distance, lengths, null.scatter_distance)?;
         }
         if plastic {
             let (unit, ior) = (Range::UNIT, Range::IOR);

@@ -17,7 +17,7 @@ pub mod visit;
 mod write;
 
 pub use camera::{Camera, CameraOverride};
-pub use effects::{Effects, NULL_STEP, VARIATIONS};
+pub use effects::{Effects, LONGEST_SCATTER, NULL_STEP, VARIATIONS};
 pub use freed::Freed;
 pub use light::{Frame, Light, LightKind, Lobe};
 pub use material::{Material, Model};

@@ -27,6 +27,7 @@ mod error;
 mod fresnel;
 mod many;
 mod microfacet;
+mod profile;
 mod quadrature;
 mod reference;
 mod table;
@@ -44,6 +45,7 @@ pub use layered::{Built, Core, Layered, Recipe, Site};
 pub use many::Evaluations;
 pub use microfacet::ALPHA_FLOOR;
 pub use plastic::Plastic;
+pub use profile::Profile;
 
 /// The reflectance of a surface.
 #[derive(Clone, Debug)]

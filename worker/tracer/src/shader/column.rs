@@ -1,6 +1,6 @@
 //! Derivatives of a layered surface by its numbers: differences between surfaces that were built beforehand.
 
-use crate::bsdf::{Built, Core, Layered, ParameterError, Recipe, Site};
+use crate::bsdf::{Built, Core, Layered, ParameterError, Recipe};
 use glam::Vec3;
 use gonio_scene::capture::NULL_STEP;
 
@@ -178,10 +178,10 @@ impl Column {
         self.center != Vec3::ZERO
     }
 
-    /// The derivative at fixed directions; `center` is the value of the surface itself.
-    pub fn derivative(&self, center: Vec3, site: &Site, wo: Vec3, wi: Vec3) -> Vec3 {
+    /// The derivative of `value` at fixed directions; `center` is that of the surface itself.
+    pub fn derivative(&self, center: Vec3, value: impl Fn(&Layered) -> Vec3) -> Vec3 {
         let start = if self.needs_center() { self.center * center } else { Vec3::ZERO };
-        self.points.iter().fold(start, |sum, (surface, weight)| sum + *weight * surface.evaluate(site, wo, wi).value)
+        self.points.iter().fold(start, |sum, (surface, weight)| sum + *weight * value(surface))
     }
 }
 

@@ -1,5 +1,7 @@
 //! A material with effects: its surface at a place, and the derivatives by what makes it more than a plain model.
 
+mod below;
+
 use super::column::{Column, KEYS, sharpness};
 use crate::affine::rgb;
 use crate::basis::Basis;
@@ -61,6 +63,18 @@ impl Detail {
         let site = Site { albedo: 1.0, roughness: 1.0, axis: Vec3::Y };
         Self { site, values: [0.0; VARIATIONS], tilts: [Vec2::ZERO; VARIATIONS] }
     }
+
+    /// Tells directions in the frame `to` in place of `from`; both have one normal.
+    pub fn turn(&mut self, from: &Basis, to: &Basis) {
+        let turn = |v: Vec2| {
+            let world = from.x * v.x + from.y * v.y;
+            Vec2::new(to.x.dot(world), to.y.dot(world))
+        };
+        self.site.axis = turn(self.site.axis.truncate()).extend(self.site.axis.z);
+        if self.tilts[0] != Vec2::ZERO || self.tilts[1] != Vec2::ZERO || self.tilts[2] != Vec2::ZERO {
+            self.tilts = self.tilts.map(turn);
+        }
+    }
 }
 
 impl Variation {
@@ -111,6 +125,7 @@ impl Effects {
         let plane = |key: &str| planes::find(plan, &format!("material.{name}.{key}"));
         let variations = [&albedo, &roughness, &bump];
         let active = effects.diffuse_roughness != 0.0
+            || effects.scatter_distance != 0.0
             || effects.second_lobe_weight != 0.0
             || effects.clearcoat_factor != 0.0
             || effects.metallic != 0.0
@@ -190,13 +205,17 @@ impl Effects {
         self.surface.sample_direction(&detail.site, wo, u)
     }
 
-    /// Adds `weight` times the derivative at fixed directions of each wanted number to its plane.
-    pub fn scatter(&self, detail: &Detail, wo: Vec3, wi: Vec3, weight: Vec3, into: &mut [Vec3]) {
+    /// Adds `weight` times the derivative at fixed directions of each wanted number to its plane: of the whole surface, or of
+    /// what [`Effects::evaluate_above`] counts.
+    pub fn scatter<const WHOLE: bool>(&self, detail: &Detail, wo: Vec3, wi: Vec3, weight: Vec3, into: &mut [Vec3]) {
+        let value = |surface: &Layered, site: &Site, wo: Vec3, wi: Vec3| {
+            if WHOLE { surface.evaluate(site, wo, wi).value } else { surface.evaluate_above(site, wo, wi).value }
+        };
         let site = &detail.site;
-        let at = |site: &Site| self.surface.evaluate(site, wo, wi).value;
+        let at = |site: &Site| value(&self.surface, site, wo, wi);
         let center = if self.needs_center { at(site) } else { Vec3::ZERO };
         for column in &self.columns {
-            into[column.plane] += weight * column.derivative(center, site, wo, wi);
+            into[column.plane] += weight * column.derivative(center, |surface| value(surface, site, wo, wi));
         }
         let slope = 0.5 / STEP * weight;
         if self.albedo.planes.is_some() {
@@ -214,7 +233,7 @@ impl Effects {
                 let scale = 1.0 / (1.0 + tilt.length_squared()).sqrt();
                 let turn = |v: Vec3| (v.truncate() - tilt * v.z).extend(v.z + tilt.dot(v.truncate())) * scale;
                 let site = Site { axis: turn(site.axis), ..*site };
-                self.surface.evaluate(&site, turn(wo), turn(wi)).value
+                value(&self.surface, &site, turn(wo), turn(wi))
             };
             let slope = 0.5 / self.tilt * weight;
             let [x, y] = [Vec2::X, Vec2::Y].map(|axis| slope * (tilted(axis * self.tilt) - tilted(axis * -self.tilt)));
@@ -239,6 +258,7 @@ fn recipe(material: &Material, air: f64) -> Recipe {
         }
     };
     recipe.diffuse_roughness = effects.diffuse_roughness as f32;
+    recipe.scatter_distance = effects.scatter_distance as f32;
     recipe.second_lobe_weight = effects.second_lobe_weight as f32;
     recipe.second_lobe_roughness = effects.second_lobe_roughness as f32;
     recipe.clearcoat_factor = effects.clearcoat_factor as f32;

@@ -218,6 +218,33 @@ fn everything_at_once() {
     );
 }
 
+/// Where light leaves elsewhere than where it enters, numbers act at both places, and the base's colour on the profile.
+#[test]
+fn translucent_surfaces() {
+    check(&format!("{LAMBERT}scatter_distance = 0.05\n"), &["base_color", "diffuse_roughness", "sheen_color", "bump"]);
+    let bump = "[0.01, 0.02, 0, 0, -0.01, 0, 0, 0, 0.01, 0, 0, 0, 0, 0, 0, 0.005, 0, 0, 0]";
+    let keys = format!(
+        "{PLASTIC}scatter_distance = 0.05\nsecond_lobe_weight = 0.3\nclearcoat_factor = 0.5\nclearcoat_roughness = 0.3\nbump = {bump}\n\
+         diffuse_roughness = 0.4\n"
+    );
+    check(
+        &keys,
+        &[
+            "base_color",
+            "roughness",
+            "ior",
+            "diffuse_roughness",
+            "second_lobe_weight",
+            "clearcoat_factor",
+            "metallic",
+            "sheen_color",
+            "albedo_variation",
+            "roughness_variation",
+            "bump",
+        ],
+    );
+}
+
 /// A column asked at the null changes no bit of the image, nor of the plain model's own columns.
 #[test]
 fn columns_at_the_null_leave_the_rest_alone() {

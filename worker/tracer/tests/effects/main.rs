@@ -9,3 +9,4 @@ mod differences;
 mod fixture;
 mod lights;
 mod objects;
+mod translucency;

@@ -47,6 +47,12 @@ impl Mixture {
         last
     }
 
+    /// A lobe's chance.
+    #[inline]
+    pub fn chance(&self, lobe: usize) -> f32 {
+        self.0[lobe]
+    }
+
     /// The mixture of the lobes' densities.
     #[inline]
     pub fn density(&self, densities: &[f32; LOBES]) -> f32 {

@@ -6,10 +6,12 @@
 //! | the numbers | [`recipe`] |
 //! | diffuse factor of rough bases | `oren_nayar` |
 //! | the boundary of a plastic, by place | `boundary` |
+//! | light that enters at one place and leaves at another | [`below`] |
 //! | round and drawn-out facets | `facets` |
 //! | fibres over the rest | `sheen` |
 //! | which lobe is sampled how often | `mixture` |
 
+pub mod below;
 mod boundary;
 mod facets;
 mod mixture;
@@ -113,7 +115,7 @@ impl Layered {
         if !above_horizon(wo, wi) {
             return Evaluation::default();
         }
-        self.at(site).evaluate(wo, wi)
+        self.at(site).evaluate::<true>(wo, wi)
     }
 
     /// As `Bsdf::sample_direction`, at a place.
@@ -166,11 +168,14 @@ fn schlick(normal: Vec3, cos: f32) -> Vec3 {
 }
 
 impl Place<'_> {
-    fn evaluate(&self, wo: Vec3, wi: Vec3) -> Evaluation {
+    /// The whole surface, or what of it is not `DIFFUSE`.
+    fn evaluate<const DIFFUSE: bool>(&self, wo: Vec3, wi: Vec3) -> Evaluation {
         let recipe = &self.surface.recipe;
         let half = HalfVector::new(wo, wi);
         let mut densities = [0.0; LOBES];
-        densities[mixture::DIFFUSE] = warp::cosine_hemisphere_pdf(wi.z);
+        if DIFFUSE {
+            densities[mixture::DIFFUSE] = warp::cosine_hemisphere_pdf(wi.z);
+        }
         let rough = self.surface.oren_nayar.map_or(1.0, |o| o.factor(wo, wi));
         let first = self.first.lobe(wo, wi, &half);
         densities[mixture::FIRST] = first.pdf;
@@ -178,6 +183,9 @@ impl Place<'_> {
             (Core::Plastic { .. }, Some(through)) => {
                 let reflectance = fresnel::dielectric(half.cos_d, recipe.ior);
                 let diffuse = |t: &Through<'_>| {
+                    if !DIFFUSE {
+                        return Vec3::ZERO;
+                    }
                     t.base(self.color) * (t.transmittance(wo.z) * t.transmittance(wi.z) * wi.z * rough)
                 };
                 let mut plastic = diffuse(through) + first.value * reflectance;
@@ -191,7 +199,8 @@ impl Place<'_> {
                 plastic * (1.0 - recipe.metallic) + metal * recipe.metallic
             }
             (Core::Conductor, _) => first.value * self.surface.index.reflectance(half.cos_d),
-            _ => self.color * (FRAC_1_PI * wi.z * rough),
+            _ if DIFFUSE => self.color * (FRAC_1_PI * wi.z * rough),
+            _ => Vec3::ZERO,
         };
         if let Some(sheen) = &self.surface.sheen {
             let taken = sheen.albedo(wo.z).max(sheen.albedo(wi.z));

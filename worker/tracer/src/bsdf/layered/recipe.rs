@@ -29,6 +29,8 @@ pub struct Recipe {
     pub eta: Vec3,
     pub k: Vec3,
     pub diffuse_roughness: f32,
+    /// Of the light below, metres.
+    pub scatter_distance: f32,
     pub second_lobe_weight: f32,
     pub second_lobe_roughness: f32,
     pub clearcoat_factor: f32,
@@ -66,6 +68,7 @@ impl Recipe {
             eta: Vec3::ONE,
             k: Vec3::ONE,
             diffuse_roughness: 0.0,
+            scatter_distance: 0.0,
             second_lobe_weight: 0.0,
             second_lobe_roughness: 0.25,
             clearcoat_factor: 0.0,

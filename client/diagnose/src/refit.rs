@@ -14,7 +14,7 @@ use nalgebra::DVector;
 /// Samples per pixel of a pattern search's evaluations.
 const SEARCH_SAMPLES: u32 = 4;
 /// A search ends after so many halvings of its step.
-const HALVINGS: u32 = 3;
+const HALVINGS: u32 = 5;
 
 /// Fits `model` extended by a candidate; none where no place that was searched explains more than the model does.
 ///
@@ -105,7 +105,8 @@ fn search(
     let photos: Vec<usize> = (0..capture.photos.len()).collect();
     let known = capture.numbers();
     let mut place: Vec<f64> = variant.search.iter().map(|(n, _)| known.get(n).map_or(0.0, |k| k.0)).collect();
-    let mut loss = |place: &[f64]| -> Result<f64, DiagnoseError> {
+    // Chi-square at a place, and what the candidate's colours are there.
+    let mut loss = |place: &[f64]| -> Result<(f64, Vec<(String, f64)>), DiagnoseError> {
         let numbers = variant.search.iter().zip(place).map(|((n, _), x)| (n.clone(), *x)).collect();
         let request = EvaluationRequest {
             numbers,
@@ -119,33 +120,41 @@ fn search(
         let found = evaluate(farm, &request, observer)?;
         let all: Vec<(usize, f64)> = (0..columns.len()).map(|i| (i, 1.0)).collect();
         let each: Vec<Quadratic> = found.photos.iter().map(|p| Quadratic::new(p, &all)).collect();
-        let total = Quadratic::sum(&each).map_or(0.0, |q| {
-            let free = q.solve();
-            let inside = |i: usize, c: &Parameter| free[i].clamp(c.range.min - c.value, c.range.max - c.value);
-            q.change(&DVector::from_iterator(columns.len(), columns.iter().enumerate().map(|(i, c)| inside(i, c))))
-        });
-        Ok(found.photos.iter().map(|p| p.gram.first().copied().unwrap_or(0.0)).sum::<f64>() + total)
+        let mut chi_square: f64 = found.photos.iter().map(|p| p.gram.first().copied().unwrap_or(0.0)).sum();
+        let mut colours = Vec::new();
+        if let Some(q) = Quadratic::sum(&each) {
+            let inside = |(c, x): (&Parameter, &f64)| x.clamp(c.range.min - c.value, c.range.max - c.value);
+            let step = DVector::from_iterator(columns.len(), columns.iter().zip(q.solve().iter()).map(inside));
+            chi_square += q.change(&step);
+            colours = columns.iter().zip(&step).flat_map(|(c, x)| c.numbers(c.value + x).collect::<Vec<_>>()).collect();
+        }
+        Ok((chi_square, colours))
     };
-    let mut best = loss(&place)?;
+    let (mut best, mut colours) = loss(&place)?;
     for halving in 0..=HALVINGS {
         let scale = 0.5_f64.powi(halving as i32);
-        let mut moved = true;
-        while moved {
-            moved = false;
+        loop {
+            // The best of all neighbours: the first that is better leads astray where many are.
+            let mut next = None;
             for i in 0..place.len() {
                 for sign in [1.0, -1.0] {
-                    let mut next = place.clone();
-                    next[i] += sign * scale * variant.search[i].1;
-                    let there = loss(&next)?;
-                    if there < best {
-                        (best, place, moved) = (there, next, true);
-                        break;
+                    let mut there = place.clone();
+                    there[i] += sign * scale * variant.search[i].1;
+                    let (chi_square, found) = loss(&there)?;
+                    if chi_square < best {
+                        (best, colours) = (chi_square, found);
+                        next = Some(there);
                     }
                 }
             }
+            match next {
+                Some(there) => place = there,
+                None => break,
+            }
         }
     }
-    let numbers: Vec<(String, f64)> = variant.search.iter().zip(&place).map(|((n, _), x)| (n.clone(), *x)).collect();
+    let mut numbers: Vec<(String, f64)> = variant.search.iter().zip(&place).map(|((n, _), x)| (n.clone(), *x)).collect();
+    numbers.extend(colours);
     capture.set_numbers(&numbers)?;
     Ok(best)
 }

@@ -84,8 +84,8 @@ pub const EFFECT: Effect = Effect {
             variant.free.extend(scale.clone());
             variant
                 .searching(&xyz(&number("translation"))[..2], 0.5 * reach)
-                .searching(&[number("rotation.z")], 0.25)
-                .searching(&scale, 0.4)
+                .searching(&[number("rotation.z")], 0.2)
+                .searching(&scale, 0.3)
         };
         (0..8).map(|i| wall(i, PI / 4.0 * i as f64, 2.2 * reach)).collect()
     },

@@ -13,6 +13,7 @@ pub mod effects;
 mod error;
 mod event;
 mod judge;
+mod measured;
 mod model;
 mod options;
 mod overlay;

@@ -14,6 +14,9 @@ pub struct Options {
     pub difference_samples: u32,
     /// Smallest gain of interest: part of the base model's held-out chi-square above the noise floor.
     pub smallest_gain: f64,
+    /// Smallest gain of interest where measured reflectance alone is diagnosed: part by which an effect must lower the error,
+    /// the root of mean squared residuals, on files that it was not fitted to.
+    pub smallest_file_gain: f64,
     /// Chance, per capture, to name an effect where there is none.
     pub false_alarms: f64,
     /// Effects that are fitted after each ranking, at most.
@@ -31,6 +34,7 @@ impl Default for Options {
             samples: 64,
             difference_samples: 8,
             smallest_gain: 0.02,
+            smallest_file_gain: 0.1,
             false_alarms: 0.05,
             shortlist: 3,
             most_effects: 2,

@@ -96,7 +96,7 @@ fn search(
         .filter(|c| !searched(&c.name) && (c.name.starts_with("material.") || c.name.starts_with("light.")))
         .filter(|c| !c.name.contains(".position."))
         .collect();
-    let photos: Vec<usize> = (0..capture.photos.len()).collect();
+    let photos: Vec<usize> = (0..capture.targets().count()).collect();
     let known = capture.numbers();
     let mut place: Vec<f64> = variant.search.iter().map(|(n, _)| known.get(n).map_or(0.0, |k| k.0)).collect();
     let mut loss = |place: &[f64]| -> Result<f64, DiagnoseError> {

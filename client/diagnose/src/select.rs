@@ -2,6 +2,7 @@
 
 use crate::context::Context;
 use crate::effects::Effect;
+use crate::measured::{self, Beside};
 use crate::model::Model;
 use crate::overlay::Overlay;
 use crate::probe::{Candidate, Probe};
@@ -72,6 +73,9 @@ pub fn select(
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,
 ) -> Result<Selection, DiagnoseError> {
+    if measured::alone(&base.capture) {
+        return measured::select(base, options, workshop, observer);
+    }
     let effects = options.effects()?;
     let chance = options.false_alarms / effects.len() as f64;
     let mut trials: Vec<Trial> = Vec::new();
@@ -98,7 +102,9 @@ pub fn select(
             let why = format!("gains {:.4} when fitted, another {:.4}", other.gain, best.gain);
             refuse(&mut trials, other.effect.name, &why);
         }
-        if !best.matters(least, &ranking.here) {
+        let matters = Beside::of(&model, options)
+            .map_or_else(|| best.matters(least, &ranking.here), |b| b.matters(&ranking.here, &best.model.left_out));
+        if !matters {
             let (gain, error) = (best.gain, best.error);
             let why = format!("gains {gain:.4} (standard error {error:.4}) when fitted; {least:.4} would matter");
             refuse(&mut trials, best.effect.name, &why);
@@ -195,6 +201,9 @@ fn fit_shortlist<'r>(
 /// The least gain per observation that matters to `model`.
 #[must_use]
 pub fn importance(model: &Model, options: &Options) -> f64 {
+    if let Some(both) = Beside::of(model, options) {
+        return both.least();
+    }
     let above = model.fit.fit.reduced_chi_square - 1.0;
     (options.smallest_gain * above).max(FLOOR)
 }
@@ -243,7 +252,7 @@ fn rank(
     let mut farm = workshop.open(&probe.capture, &files)?;
     let request = EvaluationRequest {
         columns: probe.columns.clone(),
-        photos: (0..probe.capture.photos.len()).collect(),
+        photos: (0..probe.capture.targets().count()).collect(),
         samples: options.search_samples(),
         difference_samples: options.difference_samples,
         // The refits' seed: their deviances are compared with this one's, so that both see the same render noise.
@@ -270,7 +279,7 @@ fn trial(effect: &'static Effect, ranking: &Ranking) -> Trial {
     Trial { effect, first, refused_because: Some(why.to_owned()) }
 }
 
-fn refuse(trials: &mut [Trial], name: &str, why: &str) {
+pub(crate) fn refuse(trials: &mut [Trial], name: &str, why: &str) {
     if let Some(trial) = trials.iter_mut().find(|t| t.effect.name == name) {
         trial.refused_because = Some(why.to_owned());
     }

@@ -6,10 +6,12 @@
 mod planted;
 
 use gonio::farm::Farm;
+use gonio_diagnose::effects::CATALOGUE;
 use gonio_diagnose::{Diagnosed, Options, Verdict};
 use gonio_scene::files::MemoryFiles;
-use gonio_tests::hidden::{diagnosed, named};
+use gonio_tests::hidden::{Hidden, diagnosed, hide, named};
 use planted::Plastic;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::sync::Arc;
 
@@ -32,9 +34,9 @@ fn gaussian(counter: u64) -> f64 {
     (0..12).map(uniform).sum::<f64>() - 6.0
 }
 
-/// Samples at one angle of incidence, of which the part `weight` is the hidden lobe's.
-fn csv(degrees: u32, weight: f64) -> String {
-    let (first, second) = (PLASTIC.prepare(), Plastic { roughness: LOBE.1, ..PLASTIC }.prepare());
+/// Samples of a plastic at one angle of incidence, of which the part `weight` is the hidden lobe's.
+fn csv(plastic: &Plastic, degrees: u32, weight: f64) -> String {
+    let (first, second) = (plastic.prepare(), Plastic { roughness: LOBE.1, ..*plastic }.prepare());
     let mut text = "theta_i,phi_i,theta_o,phi_o,r,g,b\n".to_owned();
     for o in 0..15 {
         for p in 0..13 {
@@ -70,15 +72,19 @@ fn capture(weight: f64) -> MemoryFiles {
     for degrees in INCIDENCE {
         let role = if held_out(degrees) { "held-out" } else { "fit" };
         write!(toml, "[[reflectance]]\nfile = \"{degrees}.csv\"\nmaterial = \"paint\"\nrole = \"{role}\"\nrelative_noise = {NOISE}\nnoise = 1e-4\n").unwrap();
-        files.0.insert(format!("{degrees}.csv"), Arc::from(csv(degrees, weight).as_bytes()));
+        files.0.insert(format!("{degrees}.csv"), Arc::from(csv(&PLASTIC, degrees, weight).as_bytes()));
     }
     files.0.insert("capture.toml".to_owned(), Arc::from(toml.as_bytes()));
     files
 }
 
 fn diagnose(files: &MemoryFiles) -> Diagnosed {
+    diagnose_with(files, &Options::default())
+}
+
+fn diagnose_with(files: &MemoryFiles, options: &Options) -> Diagnosed {
     let farm = Farm::embedded(0).unwrap();
-    let done = diagnosed(&farm, files, &Options::default()).unwrap();
+    let done = diagnosed(&farm, files, options).unwrap();
     let d = &done.diagnosis;
     let (before, after) = (d.base.fit.reduced_chi_square, d.last.fit.reduced_chi_square);
     println!("{:?} {:?}, chi-square {before:.3} -> {after:.3}, {:.1} s", d.verdict, named(d), d.seconds);
@@ -107,7 +113,7 @@ fn a_hidden_lobe_is_named_and_measured() {
     }
     // Nothing but the material can be at fault.
     let acted = found.candidates.iter().filter(|c| c.score.is_some()).map(|c| c.effect.as_str());
-    let acted: std::collections::BTreeSet<_> = acted.collect();
+    let acted: BTreeSet<_> = acted.collect();
     let expected = ["anisotropy", "clear-coat", "diffuse-roughness", "metallic", "second-lobe", "sheen"];
     assert!(acted.iter().eq(expected.iter()), "{acted:?}");
     assert_eq!(done.capture.reflectance.len(), INCIDENCE.len());
@@ -119,7 +125,7 @@ fn held_out_files_are_not_looked_at() {
     let mut files = capture(LOBE.0);
     let whole = diagnose(&files);
     for degrees in INCIDENCE.into_iter().filter(|d| held_out(*d)) {
-        let text = csv(degrees, LOBE.0);
+        let text = csv(&PLASTIC, degrees, LOBE.0);
         let sealed: String = text
             .lines()
             .enumerate()
@@ -136,4 +142,27 @@ fn held_out_files_are_not_looked_at() {
         |done: &Diagnosed| -> Vec<u64> { done.diagnosis.last.parameters.iter().map(|p| p.value.to_bits()).collect() };
     assert_eq!(values(&sealed), values(&whole));
     assert_eq!(named(&sealed.diagnosis), named(&whole.diagnosis));
+}
+
+/// Beside photos, files of reflectance neither hide an effect of the camera nor are taken for one.
+#[test]
+fn photos_and_files_are_diagnosed_together() {
+    let Hidden { mut files, truth } = hide(&[("vignetting", 1.0)], 1, 64);
+    let numbers = truth.numbers();
+    let number = |key: &str| numbers[&format!("material.part.{key}")].0;
+    let base_color = ["r", "g", "b"].map(|c| number(&format!("base_color.{c}")));
+    let plastic = Plastic { base_color, roughness: number("roughness"), ior: number("ior") };
+    let mut toml = String::from_utf8(files.0["capture.toml"].to_vec()).unwrap();
+    for degrees in [20, 60] {
+        write!(toml, "\n[[reflectance]]\nfile = \"{degrees}.csv\"\nmaterial = \"part\"\nrelative_noise = {NOISE}\n")
+            .unwrap();
+        files.0.insert(format!("{degrees}.csv"), Arc::from(csv(&plastic, degrees, 0.0).as_bytes()));
+    }
+    files.0.insert("capture.toml".to_owned(), Arc::from(toml.as_bytes()));
+    let considered = ["vignetting", "second-lobe", "black-level"];
+    let without = CATALOGUE.iter().map(|e| e.name.to_owned()).filter(|e| !considered.contains(&e.as_str())).collect();
+    let done = diagnose_with(&files, &Options { without, ..Options::default() });
+    assert_eq!(named(&done.diagnosis), [["vignetting".to_owned()]]);
+    assert_eq!(done.capture.reflectance.len(), 2);
+    assert_eq!(done.before.iter().filter(|seen| !seen.pairs.is_empty()).count(), 2);
 }

@@ -16,7 +16,8 @@ use serde::Serialize;
 const BINS: usize = 24;
 /// Fewest pixels of a bin in each half.
 const FEWEST: usize = 24;
-/// Residuals beyond so many standard deviations count as that far: caustics' fireflies.
+/// Residuals beyond so many standard deviations count as that far: caustics' fireflies. Where no photo is, and the stated
+/// noise says little of what is left, beyond so many of their own.
 const CUT: f64 = 5.0;
 /// A covariate must explain this part of the residuals' variance to count as structure.
 pub const STRONG: f64 = 0.02;
@@ -85,14 +86,22 @@ pub fn structure(
         }
         seen.push(Seen { film, statistics, photograph, pairs });
     }
-    let mut found: Vec<Structure> = COVARIATES.iter().enumerate().map(|(i, name)| explained(&all, i, name)).collect();
+    let cut = CUT * if measured::alone(capture) { spread(&all).max(1.0) } else { 1.0 };
+    let explained = |(i, name): (usize, &&str)| explained(&all, i, name, cut);
+    let mut found: Vec<Structure> = COVARIATES.iter().enumerate().map(explained).collect();
     found.sort_by(|a, b| b.strength.total_cmp(&a.strength));
     Ok((found, seen))
 }
 
+/// Root of the mean squared residual.
+fn spread(pixels: &[Pixel]) -> f64 {
+    let squares: f64 = pixels.iter().flat_map(|p| p.residual).map(|r| r * r).sum();
+    (squares / (3.0 * pixels.len() as f64).max(1.0)).sqrt()
+}
+
 /// How much of the residuals' variance the means over a covariate's bins, taken in one half of the image blocks, predict in
 /// the other half.
-fn explained(pixels: &[Pixel], covariate: usize, name: &str) -> Structure {
+fn explained(pixels: &[Pixel], covariate: usize, name: &str, cut: f64) -> Structure {
     let mut values: Vec<f64> = pixels.iter().map(|p| p.covariates[covariate]).filter(|v| v.is_finite()).collect();
     values.sort_by(f64::total_cmp);
     // Few samples, as of measured reflectance, fill fewer bins.
@@ -108,7 +117,7 @@ fn explained(pixels: &[Pixel], covariate: usize, name: &str) -> Structure {
     for pixel in pixels {
         let Some(b) = bin(pixel) else { continue };
         for (residual, cell) in pixel.residual.iter().zip(&mut sums[b][usize::from(pixel.odd)]) {
-            let z = residual.clamp(-CUT, CUT);
+            let z = residual.clamp(-cut, cut);
             cell[0] += 1.0;
             cell[1] += z;
             cell[2] += z * z;

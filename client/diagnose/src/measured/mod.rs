@@ -24,7 +24,7 @@ use crate::judge::Judgement;
 use gonio_scene::Capture;
 
 /// Keys of a material that need a place on an object, which a sample of reflectance does not have.
-const OF_PLACES: [&str; 3] = ["albedo_variation", "roughness_variation", "bump"];
+const OF_PLACES: [&str; 4] = ["albedo_variation", "roughness_variation", "bump", "scatter_distance"];
 
 /// Whether a capture holds measured reflectance and no photo.
 #[must_use]

@@ -248,10 +248,14 @@ impl DiagnosisReport<'_> {
             .collect();
         format!(
             "<section>\n<h2>All effects</h2>\n<div class=\"wide\"><table>\n<caption>At the base model. Gain: decrease of chi-square per observation on {} \
-             left out one at a time. Score: promised decrease of chi-square over its dispersion. Power: chance that the score test notices an effect of the smallest \
-             gain of interest.</caption>\n<thead><tr><th scope=\"col\">Effect</th><th scope=\"col\">Gain</th><th scope=\"col\">Score</th><th scope=\"col\">p</th>\
+             left out one at a time. Score: promised decrease of chi-square over its dispersion. {}</caption>\n<thead><tr><th scope=\"col\">Effect</th><th scope=\"col\">Gain</th><th scope=\"col\">Score</th><th scope=\"col\">p</th>\
              <th scope=\"col\">Power</th><th scope=\"col\" class=\"word\">Expected change</th><th scope=\"col\" class=\"word\">Outcome</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n</section>\n",
-            self.targets()
+            self.targets(),
+            if self.of_files() {
+                "p is as if samples were independent, which they are not: what counts is the error on files left out."
+            } else {
+                "Power: chance that the score test notices an effect of the smallest gain of interest."
+            }
         )
     }
 

@@ -1,18 +1,15 @@
 //! A file of measured reflectance in a report: values and residuals against the half angle, one chart of each per angle of
 //! incidence.
 
+mod bins;
 mod chart;
 
 use super::html::{escape, grouped, significant};
+use bins::{BIN, Group, Sample, groups};
 use chart::charts;
 use gonio_scene::capture::{Role, Target};
 use gonio_scene::reflectance::Pair;
 use gonio_scene::{Capture, Film, PhotoStatistics, Photograph, SensorStage};
-
-/// A file with more angles of incidence shows ranges of them, as many.
-const GROUPS: usize = 4;
-/// Width of a bin of half angles, degrees.
-const BIN: f64 = 1.5;
 
 /// A file with its model, ready to be shown; holds sums over bins, no values.
 #[derive(Debug, Clone)]
@@ -32,37 +29,6 @@ pub struct ReflectancePanel {
     /// Where ratios turn into differences, 1/sr; absent where values are compared as they are.
     scale: Option<f64>,
     groups: Vec<Group>,
-}
-
-/// Samples of about one angle of incidence.
-#[derive(Debug, Clone)]
-struct Group {
-    /// Smallest and largest, degrees.
-    incidence: [f64; 2],
-    /// By half angle.
-    bins: Vec<Bin>,
-}
-
-/// Samples of about one half angle.
-#[derive(Debug, Clone, Copy)]
-struct Bin {
-    /// Mean half angle, degrees.
-    half: f64,
-    /// Mean, smallest and largest compared value over [`ReflectancePanel::scale`], means over the channels.
-    measured: [f64; 3],
-    /// The model's mean.
-    model: f64,
-    /// Mean residual in standard deviations.
-    residual: f64,
-}
-
-/// One sample: angle of incidence and half angle in degrees, compared values over the scale, residual.
-struct Sample {
-    incidence: f64,
-    half: f64,
-    measured: f64,
-    model: f64,
-    residual: f64,
 }
 
 impl ReflectancePanel {
@@ -92,7 +58,7 @@ impl ReflectancePanel {
             let variance: f64 = model.iter().map(|v| sensor.variance(*v)).sum();
             let (sum, of_model): (f64, f64) = (values.iter().sum(), model.iter().sum());
             Sample {
-                incidence: pair.incident[2].clamp(-1.0, 1.0).acos().to_degrees(),
+                incidence: libm::acos(pair.incident[2].clamp(-1.0, 1.0)).to_degrees(),
                 half: pair.half_angle().to_degrees(),
                 measured: sum / 3.0 / scale.unwrap_or(1.0),
                 model: of_model / 3.0 / scale.unwrap_or(1.0),
@@ -133,45 +99,6 @@ impl ReflectancePanel {
             grouped(self.samples),
             significant(self.reduced_chi_square, 4)
         )
-    }
-}
-
-/// Samples by angle of incidence, each by half angle.
-fn groups(samples: Vec<Sample>) -> Vec<Group> {
-    let mut angles: Vec<f64> = samples.iter().map(|s| s.incidence.round()).collect();
-    angles.sort_by(f64::total_cmp);
-    angles.dedup();
-    let number = angles.len().min(GROUPS);
-    let mut sorted: Vec<Vec<Sample>> = (0..number).map(|_| Vec::new()).collect();
-    for sample in samples {
-        let place = angles.partition_point(|a| *a < sample.incidence.round());
-        sorted[(place * number / angles.len()).min(number - 1)].push(sample);
-    }
-    sorted.into_iter().map(group).collect()
-}
-
-fn group(mut samples: Vec<Sample>) -> Group {
-    samples.sort_by(|a, b| a.half.total_cmp(&b.half));
-    let reach = |f: fn(f64, f64) -> f64, start| samples.iter().map(|s| s.incidence).fold(start, f);
-    let incidence = [reach(f64::min, f64::INFINITY), reach(f64::max, f64::NEG_INFINITY)];
-    let bins = samples.chunk_by(|a, b| (a.half / BIN).floor() == (b.half / BIN).floor()).map(bin).collect();
-    Group { incidence, bins }
-}
-
-fn bin(samples: &[Sample]) -> Bin {
-    #[allow(clippy::cast_precision_loss)]
-    let number = samples.len() as f64;
-    let mean = |value: fn(&Sample) -> f64| samples.iter().map(value).sum::<f64>() / number;
-    let of_measured = |f: fn(f64, f64) -> f64, start| samples.iter().map(|s| s.measured).fold(start, f);
-    Bin {
-        half: mean(|s| s.half),
-        measured: [
-            mean(|s| s.measured),
-            of_measured(f64::min, f64::INFINITY),
-            of_measured(f64::max, f64::NEG_INFINITY),
-        ],
-        model: mean(|s| s.model),
-        residual: mean(|s| s.residual),
     }
 }
 
@@ -225,6 +152,7 @@ pub(super) fn table(panels: &[ReflectancePanel]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::bins::GROUPS;
     use super::*;
     use gonio_scene::capture::Reflectance;
     use gonio_scene::image::Image;
@@ -251,7 +179,7 @@ mod tests {
         let bins = || panel.groups.iter().flat_map(|g| &g.bins);
         assert!(bins().count() > 20);
         // asinh(0.5 / 0.02), and no residual where both agree.
-        assert!(bins().all(|b| (b.measured[0] - 25.0_f64.asinh()).abs() < 1e-3 && b.residual.abs() < 1e-2));
+        assert!(bins().all(|b| (b.measured[0] - libm::asinh(25.0)).abs() < 1e-3 && b.residual.abs() < 1e-2));
         let groups: Vec<[f64; 2]> = panel.groups.iter().map(|g| g.incidence.map(f64::round)).collect();
         assert_eq!(groups[0], [6.0, 17.0], "{groups:?}");
         assert_eq!(groups[3], [52.0, 52.0], "{groups:?}");

@@ -44,9 +44,9 @@ pub(crate) fn select(
         let mut fitted: Vec<Fitted<'_>> = Vec::new();
         for effect in left.iter().filter(|e| best_of(e).is_some()) {
             tell(observer, &DiagnoseEvent::Stage { text: format!("fitting {}", effect.name) })?;
-            match Fitted::new(effect, &model, &ranking, options, workshop, observer)? {
-                Outcome::Fitted(one) => fitted.push(one),
-                Outcome::Refused(why) => refuse(&mut trials, effect.name, &why),
+            match Fitted::best(effect, &model, &ranking, options, workshop, observer)? {
+                Ok(one) => fitted.push(*one),
+                Err(why) => refuse(&mut trials, effect.name, &why),
             }
         }
         fitted.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -87,16 +87,12 @@ struct Fitted<'r> {
     gain: f64,
 }
 
-/// What came of an effect's fits.
-enum Outcome<'r> {
-    Fitted(Fitted<'r>),
-    /// Why there is nothing to compare.
-    Refused(String),
-}
+/// Or why there is nothing to compare.
+type Outcome<'r> = Result<Box<Fitted<'r>>, String>;
 
 impl<'r> Fitted<'r> {
     /// Fits every variant of the effect, and leaves files out of the best.
-    fn new(
+    fn best(
         effect: &'static Effect,
         model: &Model,
         (probe, all): &'r (Probe, Vec<Score>),
@@ -119,11 +115,11 @@ impl<'r> Fitted<'r> {
                 }
             }
         }
-        let Some((score, mut there)) = best else { return Ok(Outcome::Refused(failed)) };
+        let Some((score, mut there)) = best else { return Ok(Err(failed)) };
         let own = error_gain(model.reduced_chi_square(), there.reduced_chi_square());
         if own < HALF * options.smallest_file_gain {
             let why = format!("error on the files fitted to {:+.1} %", -100.0 * own);
-            return Ok(Outcome::Refused(why));
+            return Ok(Err(why));
         }
         there.left_out = left_out(&there, &options.refit(), workshop, observer)?;
         let (gain, standard_error) = there.gain_over(&model.left_out);
@@ -131,7 +127,7 @@ impl<'r> Fitted<'r> {
         let name = effect.name.to_owned();
         tell(observer, &DiagnoseEvent::Refitted { effect: name, gain, standard_error, reduced_chi_square })?;
         let gain = error_gain(squares(model), squares(&there));
-        Ok(Outcome::Fitted(Self { effect, score, model: there, gain }))
+        Ok(Ok(Box::new(Self { effect, score, model: there, gain })))
     }
 
     fn squares(&self) -> f64 {

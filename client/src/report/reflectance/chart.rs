@@ -1,7 +1,8 @@
 //! The two charts of one angle of incidence, as inline SVG.
 
 use super::super::html::{escape, significant};
-use super::{Bin, Group, ReflectancePanel};
+use super::ReflectancePanel;
+use super::bins::{Bin, Group};
 
 const WIDTH: f64 = 460.0;
 const HEIGHT: f64 = 190.0;
@@ -87,7 +88,7 @@ fn values(scale: Option<f64>, group: &Group, base: Option<&Group>) -> String {
         // Decades from the scale on: below it, the axis is linear.
         Some(scale) => {
             let decades = (-9..=9).map(|k| 10_f64.powi(k)).filter(|v| *v >= scale);
-            let places = decades.map(|v| ((v / scale).asinh(), significant(v, 1)));
+            let places = decades.map(|v| (libm::asinh(v / scale), significant(v, 1)));
             std::iter::once((0.0, "0".to_owned())).chain(places.filter(|(u, _)| *u <= axes.high)).collect()
         }
         None => [0.0, 0.5, 1.0].map(|part| (part * high, significant(part * high, 2))).into(),

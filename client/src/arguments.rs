@@ -134,6 +134,9 @@ pub struct DiagnoseArguments {
     /// Smallest gain of interest, as a part of chi-square above the noise floor
     #[arg(long, value_name = "PART", default_value_t = 0.02)]
     pub smallest_gain: f64,
+    /// Smallest gain of interest where there is measured reflectance alone, as a part of the error on files left out
+    #[arg(long, value_name = "PART", default_value_t = 0.1)]
+    pub smallest_file_gain: f64,
     /// Effects to leave out of the catalogue, such as defocus,bumps
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub without: Vec<String>,

@@ -2,6 +2,7 @@
 
 use crate::effects::Effect;
 use crate::judge::{Judgement, judge, with_held_out};
+use crate::measured;
 use crate::model::Model;
 use crate::result::{Considered, Diagnosis, Finding, FoundParameter, HeldOut, Verdict};
 use crate::score::tail_probability;
@@ -62,7 +63,8 @@ pub fn diagnose(
     options.effects()?;
     let mut fitted = whole.clone();
     fitted.photos.retain(|p| p.role == Role::Fit);
-    if fitted.photos.is_empty() {
+    fitted.reflectance.retain(|r| r.role == Role::Fit);
+    if fitted.targets().next().is_none() {
         return Err(FitError::NoFitPhotos.into());
     }
     tell(observer, &DiagnoseEvent::Stage { text: "fitting the base model".to_owned() })?;
@@ -116,10 +118,12 @@ fn conclude(
     let strong = |left: &[Structure]| left.first().filter(|s| s.strength > STRONG).cloned();
     let mut strongest = strong(left[1]);
     let mut why_not = None;
-    if !selection.additions.is_empty() {
+    if measured::alone(&base.capture) {
+        why_not = measured::why_not(judgement, options).filter(|_| !selection.additions.is_empty());
+    } else if !selection.additions.is_empty() {
         if judgement.is_some_and(|j| j.log_density_gain <= 0.0) {
             why_not = Some("does not predict the held-out photos better".to_owned());
-        } else if strongest.is_some() && excess(after) > MOSTLY * excess(before) {
+        } else if whole.reflectance.is_empty() && strongest.is_some() && excess(after) > MOSTLY * excess(before) {
             why_not = Some("leaves most of the misfit unexplained".to_owned());
         }
     }
@@ -213,7 +217,8 @@ fn separation(effects: &[&'static Effect]) -> String {
 fn considered(trial: &Trial, base: &Model, options: &Options) -> Considered {
     let score = trial.first.as_ref().map(|f| &f.0);
     let count = options.effects().map_or(1, |e| e.len().max(1));
-    let power = score.map(|s| {
+    // Samples of reflectance err alike: no test of independent ones has a power.
+    let power = score.filter(|_| !measured::alone(&base.capture)).map(|s| {
         let size = importance(base, options) * base.observations() as f64 / base.dispersion();
         power(size, s.freedom, options.false_alarms / count as f64)
     });

@@ -30,6 +30,10 @@ pub struct Judgement {
 /// A capture that the format refuses.
 pub fn with_held_out(model: &Model, whole: &Capture) -> Result<Capture, DiagnoseError> {
     let mut capture = model.capture.clone();
+    let measured = std::mem::take(&mut capture.reflectance);
+    for file in &whole.reflectance {
+        capture.reflectance.push(measured.iter().find(|r| r.name() == file.name()).unwrap_or(file).clone());
+    }
     let seen = std::mem::take(&mut capture.photos);
     for photo in &whole.photos {
         let mut photo = seen.iter().find(|p| p.name() == photo.name()).unwrap_or(photo).clone();
@@ -56,7 +60,7 @@ pub fn judge(
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,
 ) -> Result<Option<Judgement>, DiagnoseError> {
-    if !whole.photos.iter().any(|p| p.role == Role::HeldOut) {
+    if !whole.targets().any(|t| t.role() == Role::HeldOut) {
         return Ok(None);
     }
     tell(observer, &DiagnoseEvent::Stage { text: "judging on the held-out photos".to_owned() })?;
@@ -91,7 +95,7 @@ fn statistics(
 ) -> Result<Vec<PhotoStatistics>, DiagnoseError> {
     let capture = with_held_out(model, whole)?;
     let photos: Vec<usize> =
-        capture.photos.iter().enumerate().filter(|(_, p)| p.role == Role::HeldOut).map(|(i, _)| i).collect();
+        capture.targets().enumerate().filter(|(_, t)| t.role() == Role::HeldOut).map(|(i, _)| i).collect();
     let mut farm = workshop.open(&capture, &model.files)?;
     let mut request = EvaluationRequest {
         photos: photos.clone(),

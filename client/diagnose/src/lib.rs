@@ -5,7 +5,8 @@
 //! promise most, adds what survives cross-validation between photos, and judges the outcome on photos that nothing
 //! before has read. Like a fit, it knows nothing of where a photo is rendered: it takes a [`Workshop`].
 
-pub mod context;
+pub mod backward;
+mod context;
 pub mod covariates;
 mod cross;
 mod diagnose;
@@ -13,6 +14,7 @@ pub mod effects;
 mod error;
 mod event;
 mod judge;
+mod measured;
 mod model;
 mod options;
 mod overlay;

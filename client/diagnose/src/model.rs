@@ -2,9 +2,10 @@
 
 use crate::cross;
 use crate::effects::{Effect, Variant};
+use crate::measured;
 use crate::workshop::{Observer, Workshop, evaluate};
 use crate::{DiagnoseError, DiagnoseEvent};
-use gonio_fit::{FitError, FitResult, Options, Space};
+use gonio_fit::{Evaluate, FitError, FitResult, Options, Space};
 use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
 use std::ops::ControlFlow;
 
@@ -46,16 +47,7 @@ impl Model {
         observer: &mut Observer<'_>,
     ) -> Result<Self, DiagnoseError> {
         let mut farm = workshop.open(capture, &files)?;
-        let mut stopped = false;
-        let fit = gonio_fit::fit(capture, farm.as_mut(), options, &mut |event| {
-            let flow = observer(&DiagnoseEvent::Fit { fit: event.clone() });
-            stopped |= flow == ControlFlow::Break(());
-            flow
-        });
-        if stopped || matches!(fit, Err(FitError::Cancelled)) {
-            return Err(DiagnoseError::Cancelled);
-        }
-        let mut fit = fit?;
+        let mut fit = fitted(capture, options, farm.as_mut(), observer)?;
         let capture = fit.apply(capture)?;
         if fit.samples < options.max_samples {
             // Chi-squares compare only between equal samples, and a fit may end with fewer.
@@ -63,7 +55,7 @@ impl Model {
             let request = EvaluationRequest {
                 numbers: space.numbers(space.start()),
                 columns: space.columns(space.start()),
-                photos: (0..capture.photos.len()).collect(),
+                photos: (0..capture.targets().count()).collect(),
                 samples: options.max_samples,
                 difference_samples: options.difference_samples,
                 seed: options.seed,
@@ -119,6 +111,27 @@ impl Model {
     pub fn left_out_of(&self, photos: &[PhotoStatistics]) -> Vec<f64> {
         left_out(&self.capture, &self.fit, photos)
     }
+}
+
+/// Fits a capture under the observer's eyes.
+pub(crate) fn fitted(
+    capture: &Capture,
+    options: &Options,
+    farm: &mut dyn Evaluate,
+    observer: &mut Observer<'_>,
+) -> Result<FitResult, DiagnoseError> {
+    let exact = measured::exact(options);
+    let options = if measured::alone(capture) { &exact } else { options };
+    let mut stopped = false;
+    let fit = gonio_fit::fit(capture, farm, options, &mut |event| {
+        let flow = observer(&DiagnoseEvent::Fit { fit: event.clone() });
+        stopped |= flow == ControlFlow::Break(());
+        flow
+    });
+    if stopped || matches!(fit, Err(FitError::Cancelled)) {
+        return Err(DiagnoseError::Cancelled);
+    }
+    Ok(fit?)
 }
 
 fn left_out(capture: &Capture, fit: &FitResult, photos: &[PhotoStatistics]) -> Vec<f64> {

@@ -14,6 +14,14 @@ pub struct Options {
     pub difference_samples: u32,
     /// Smallest gain of interest: part of the base model's held-out chi-square above the noise floor.
     pub smallest_gain: f64,
+    /// Smallest gain of interest to measured reflectance: part by which an effect must lower the error, the root of mean
+    /// squared residuals, on files that it was not fitted to.
+    ///
+    /// Measured residuals are structure, as a model of few numbers leaves it: smooth over angles, so that thousands of
+    /// samples hold perhaps twenty independent features. Two or three further numbers take their share of these, a tenth of the
+    /// squares, whatever they mean; left out, a wrong effect gains or loses about as much by accident. A tenth of the error is
+    /// a fifth of the squares, twice that; and less would hardly be seen in a picture.
+    pub smallest_file_gain: f64,
     /// Chance, per capture, to name an effect where there is none.
     pub false_alarms: f64,
     /// Effects that are fitted after each ranking, at most.
@@ -31,6 +39,7 @@ impl Default for Options {
             samples: 64,
             difference_samples: 8,
             smallest_gain: 0.02,
+            smallest_file_gain: 0.1,
             false_alarms: 0.05,
             shortlist: 3,
             most_effects: 2,
@@ -51,6 +60,9 @@ impl Options {
         }
         if !(self.smallest_gain > 0.0 && self.smallest_gain < 1.0) {
             return refuse("smallest-gain", self.smallest_gain.to_string(), "write a part between 0 and 1");
+        }
+        if !(self.smallest_file_gain > 0.0 && self.smallest_file_gain < 1.0) {
+            return refuse("smallest-file-gain", self.smallest_file_gain.to_string(), "write a part between 0 and 1");
         }
         if !(self.false_alarms > 0.0 && self.false_alarms < 0.5) {
             return refuse("false-alarms", self.false_alarms.to_string(), "write a chance between 0 and 0.5");

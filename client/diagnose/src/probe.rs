@@ -2,6 +2,7 @@
 
 use crate::context::Context;
 use crate::effects::{Direction, Effect, Variant};
+use crate::measured;
 use gonio_fit::Space;
 use gonio_scene::capture::Range;
 use gonio_scene::parameter::{Parameter, Term};
@@ -47,6 +48,9 @@ impl Probe {
         let mut found: Vec<(&'static Effect, Variant)> = Vec::new();
         for effect in effects {
             for variant in (effect.variants)(context) {
+                if measured::alone(&capture) && !measured::shows(&capture, &variant) {
+                    continue;
+                }
                 variant.add_to(&mut capture, &mut files);
                 found.push((*effect, variant));
             }

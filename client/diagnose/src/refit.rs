@@ -102,7 +102,7 @@ fn search(
         .filter(|c| !searched(&c.name) && variant.free.iter().any(|f| c.name.starts_with(f.as_str())))
         .filter(|c| c.name.starts_with("material.") || c.name.starts_with("light."))
         .collect();
-    let photos: Vec<usize> = (0..capture.photos.len()).collect();
+    let photos: Vec<usize> = (0..capture.targets().count()).collect();
     let known = capture.numbers();
     let mut place: Vec<f64> = variant.search.iter().map(|(n, _)| known.get(n).map_or(0.0, |k| k.0)).collect();
     // Chi-square at a place, and what the candidate's colours are there.

@@ -1,7 +1,9 @@
 //! Forward selection, on the photos that are not held out.
 
+use crate::backward::backward;
 use crate::context::Context;
 use crate::effects::Effect;
+use crate::measured::{self, Beside};
 use crate::model::Model;
 use crate::overlay::Overlay;
 use crate::probe::{Candidate, Probe};
@@ -73,6 +75,9 @@ pub fn select(
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,
 ) -> Result<Selection, DiagnoseError> {
+    if measured::alone(&base.capture) {
+        return measured::select(base, options, workshop, observer);
+    }
     let effects = options.effects()?;
     let chance = options.false_alarms / effects.len() as f64;
     let mut trials: Vec<Trial> = Vec::new();
@@ -90,7 +95,11 @@ pub fn select(
         let short = ranking.shortlist(least, chance, options.shortlist);
         let mut fitted = fit_shortlist(&model, &ranking, &short, options, workshop, &mut trials, observer)?;
         fitted.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let matters = |f: &Fitted<'_>| f.matters(least, &ranking.here);
+        let beside = Beside::of(&model, options);
+        let matters = |f: &Fitted<'_>| match &beside {
+            Some(beside) => beside.matters(&ranking.here, &f.model.left_out),
+            None => f.matters(least, &ranking.here),
+        };
         let best = fitted.iter().position(matters).map(|i| fitted.remove(i));
         for Fitted { effect, gain, error, .. } in &fitted {
             let why = match &best {
@@ -109,6 +118,10 @@ pub fn select(
             trial.refused_because = None;
         }
         model = best.model;
+    }
+    let (mut model, dropped) = backward(model, &mut additions, options, workshop, observer)?;
+    for name in dropped {
+        refuse(&mut trials, name, "is not missed once the rest is there");
     }
     if !additions.is_empty() {
         tell(observer, &DiagnoseEvent::Stage { text: "fitting the extended model".to_owned() })?;
@@ -190,6 +203,9 @@ fn fit_shortlist<'r>(
 /// The least gain per observation that matters to `model`.
 #[must_use]
 pub fn importance(model: &Model, options: &Options) -> f64 {
+    if let Some(both) = Beside::of(model, options) {
+        return both.least();
+    }
     let above = model.fit.fit.reduced_chi_square - 1.0;
     (options.smallest_gain * above).max(FLOOR)
 }
@@ -254,7 +270,7 @@ fn rank(
     let mut farm = workshop.open(&probe.capture, &files)?;
     let request = EvaluationRequest {
         columns: probe.columns.clone(),
-        photos: (0..probe.capture.photos.len()).collect(),
+        photos: (0..probe.capture.targets().count()).collect(),
         samples: options.search_samples(),
         difference_samples: options.difference_samples,
         // The refits' seed: their deviances are compared with this one's, so that both see the same render noise.
@@ -281,7 +297,7 @@ fn trial(effect: &'static Effect, ranking: &Ranking) -> Trial {
     Trial { effect, first, refused_because: Some(why.to_owned()) }
 }
 
-fn refuse(trials: &mut [Trial], name: &str, why: &str) {
+pub(crate) fn refuse(trials: &mut [Trial], name: &str, why: &str) {
     if let Some(trial) = trials.iter_mut().find(|t| t.effect.name == name) {
         trial.refused_because = Some(why.to_owned());
     }

@@ -2,18 +2,22 @@
 //! estimated from.
 
 use crate::covariates::{COVARIATES, Pixel, pixels};
+use crate::measured;
 use crate::model::Model;
 use crate::overlay::Overlay;
 use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
+use gonio_scene::capture::Target;
+use gonio_scene::reflectance::{Directions, Pair};
 use gonio_scene::{EvaluationRequest, Film, Output, Photograph};
 use serde::Serialize;
 
-/// Bins of equal count per covariate.
+/// Bins of equal count per covariate, at most.
 const BINS: usize = 24;
 /// Fewest pixels of a bin in each half.
 const FEWEST: usize = 24;
-/// Residuals beyond so many standard deviations count as that far: caustics' fireflies.
+/// Residuals beyond so many standard deviations count as that far: caustics' fireflies. Where no photo is, and the stated
+/// noise says little of what is left, beyond so many of their own.
 const CUT: f64 = 5.0;
 /// A covariate must explain this part of the residuals' variance to count as structure.
 pub const STRONG: f64 = 0.02;
@@ -39,6 +43,8 @@ pub struct Seen {
     pub statistics: gonio_scene::PhotoStatistics,
     /// What was measured.
     pub photograph: Photograph,
+    /// The directions of the samples, where it is measured reflectance.
+    pub pairs: Vec<Pair>,
 }
 
 /// Renders the fitted photos at a model and returns every covariate's strength, strongest first, with what was seen.
@@ -54,7 +60,7 @@ pub fn structure(
     tell(observer, &DiagnoseEvent::Stage { text: "looking at what is left".to_owned() })?;
     let capture = &model.capture;
     let mut farm = workshop.open(capture, &model.files)?;
-    let photos: Vec<usize> = (0..capture.photos.len()).collect();
+    let photos: Vec<usize> = (0..capture.targets().count()).collect();
     let request = EvaluationRequest {
         photos: photos.clone(),
         samples: options.samples,
@@ -68,22 +74,39 @@ pub fn structure(
     let mut seen = Vec::new();
     let mut all: Vec<Pixel> = Vec::new();
     for ((film, hit), statistics) in films.films.into_iter().zip(&hits.films).zip(films.photos) {
-        let Some(photo) = capture.photos.get(film.photo) else { continue };
-        let photograph = Photograph::load(capture, photo, &files)?;
-        all.extend(pixels(capture, &film, hit, &photograph));
-        seen.push(Seen { film, statistics, photograph });
+        let Some(target) = capture.target(film.photo) else { continue };
+        let photograph = Photograph::of(capture, target, &files)?;
+        let mut pairs = Vec::new();
+        match target {
+            Target::Photo(_) => all.extend(pixels(capture, &film, hit, &photograph)),
+            Target::Reflectance(file) => {
+                pairs = Directions::read(&files, &file.file)?.pairs;
+                all.extend(measured::pixels(capture, &film, &pairs, &photograph));
+            }
+        }
+        seen.push(Seen { film, statistics, photograph, pairs });
     }
-    let mut found: Vec<Structure> = COVARIATES.iter().enumerate().map(|(i, name)| explained(&all, i, name)).collect();
+    let cut = CUT * if measured::alone(capture) { spread(&all).max(1.0) } else { 1.0 };
+    let explained = |(i, name): (usize, &&str)| explained(&all, i, name, cut);
+    let mut found: Vec<Structure> = COVARIATES.iter().enumerate().map(explained).collect();
     found.sort_by(|a, b| b.strength.total_cmp(&a.strength));
     Ok((found, seen))
 }
 
+/// Root of the mean squared residual.
+fn spread(pixels: &[Pixel]) -> f64 {
+    let squares: f64 = pixels.iter().flat_map(|p| p.residual).map(|r| r * r).sum();
+    (squares / (3.0 * pixels.len() as f64).max(1.0)).sqrt()
+}
+
 /// How much of the residuals' variance the means over a covariate's bins, taken in one half of the image blocks, predict in
 /// the other half.
-fn explained(pixels: &[Pixel], covariate: usize, name: &str) -> Structure {
+fn explained(pixels: &[Pixel], covariate: usize, name: &str, cut: f64) -> Structure {
     let mut values: Vec<f64> = pixels.iter().map(|p| p.covariates[covariate]).filter(|v| v.is_finite()).collect();
     values.sort_by(f64::total_cmp);
-    let mut edges: Vec<f64> = (1..BINS).filter_map(|i| values.get(i * values.len() / BINS).copied()).collect();
+    // Few samples, as of measured reflectance, fill fewer bins.
+    let bins = BINS.min(values.len() / (3 * FEWEST)).max(1);
+    let mut edges: Vec<f64> = (1..bins).filter_map(|i| values.get(i * values.len() / bins).copied()).collect();
     edges.dedup();
     let bin = |p: &Pixel| {
         let v = p.covariates[covariate];
@@ -94,7 +117,7 @@ fn explained(pixels: &[Pixel], covariate: usize, name: &str) -> Structure {
     for pixel in pixels {
         let Some(b) = bin(pixel) else { continue };
         for (residual, cell) in pixel.residual.iter().zip(&mut sums[b][usize::from(pixel.odd)]) {
-            let z = residual.clamp(-CUT, CUT);
+            let z = residual.clamp(-cut, cut);
             cell[0] += 1.0;
             cell[1] += z;
             cell[2] += z * z;

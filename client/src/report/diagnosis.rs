@@ -4,6 +4,7 @@ use super::covariates;
 use super::html::{escape, significant, with_error};
 use super::panel::Panel;
 use super::picture::legend;
+use super::reflectance::{self, ReflectancePanel};
 use gonio_diagnose::effects::CATALOGUE;
 use gonio_diagnose::{Diagnosis, Finding, Structure, Verdict};
 
@@ -16,6 +17,10 @@ pub struct DiagnosisReport<'a> {
     pub before: &'a [Panel],
     /// The same under the final model.
     pub after: &'a [Panel],
+    /// The fitted files of measured reflectance under the base model.
+    pub files_before: &'a [ReflectancePanel],
+    /// The same under the final model.
+    pub files_after: &'a [ReflectancePanel],
     /// What each covariate explains of the base model's residuals.
     pub structure_before: &'a [Structure],
     /// And of the final model's.
@@ -36,6 +41,7 @@ impl DiagnosisReport<'_> {
             self.held_out(),
             covariates::section(self.structure_before, self.structure_after),
             self.photos(),
+            self.files(),
             self.ranking(),
             self.base(),
             format!(
@@ -54,8 +60,16 @@ impl DiagnosisReport<'_> {
         let base = significant(d.base.fit.reduced_chi_square, 4);
         let held = d.found.first().and_then(|f| f.held_out);
         let gain = held.map_or_else(String::new, |h| {
+            let percent = 100.0 * (1.0 - (h.reduced_chi_square_after / h.reduced_chi_square_before).sqrt());
+            let error = if self.of_files() {
+                format!("the error falls by {} %, ", significant(percent, 3))
+            } else {
+                String::new()
+            };
             format!(
-                "; on photos that nothing was fitted to, reduced chi-square falls from {} to {}",
+                "; on {} that nothing was fitted to, {error}reduced chi-square {}from {} to {}",
+                self.targets(),
+                if self.of_files() { "" } else { "falls " },
                 significant(h.reduced_chi_square_before, 4),
                 significant(h.reduced_chi_square_after, 4)
             )
@@ -74,13 +88,23 @@ impl DiagnosisReport<'_> {
         };
         let left = d.unexplained.as_ref().map_or_else(String::new, |s| {
             format!(
-                "<p>What is left follows the {}, which predicts {} % of the residuals' variance in pixels that it was not estimated \
+                "<p>What is left follows the {}, which predicts {} % of the residuals' variance in {} that it was not estimated \
                  from.</p>\n",
                 escape(&s.covariate),
-                significant(100.0 * s.strength, 2)
+                significant(100.0 * s.strength, 2),
+                if self.of_files() { "samples" } else { "pixels" }
             )
         });
         format!("<p class=\"summary\"><strong>{sentence}</strong></p>\n{left}")
+    }
+
+    /// What is compared with.
+    fn targets(&self) -> &'static str {
+        if self.of_files() { "files" } else { "photos" }
+    }
+
+    fn of_files(&self) -> bool {
+        self.before.is_empty() && !self.files_before.is_empty()
     }
 
     fn found(&self) -> String {
@@ -130,16 +154,28 @@ impl DiagnosisReport<'_> {
         };
         let error = h.standard_error.map_or_else(String::new, |e| format!(" ± {}", significant(e, 2)));
         format!(
-            "<section>\n<h2>Held-out photos</h2>\n<div class=\"wide\"><table>\n<caption>Not read before the model was final. The log predictive \
+            "<section>\n<h2>Held-out {}</h2>\n<div class=\"wide\"><table>\n<caption>Not read before the model was final. The log predictive \
              density of an observation gains {}{error} nats.</caption>\n<thead><tr><th scope=\"col\">Score</th><th scope=\"col\">Before</th>\
              <th scope=\"col\">After</th></tr></thead>\n<tbody>\n{}{}{psnr}</tbody>\n</table></div>\n</section>\n",
+            self.targets(),
             significant(h.log_density_gain, 3),
             row("Reduced chi-square", h.reduced_chi_square_before, h.reduced_chi_square_after),
-            row("RMSE (photo values)", h.rmse_before, h.rmse_after)
+            row("RMSE (compared values)", h.rmse_before, h.rmse_after)
         )
     }
 
+    fn files(&self) -> String {
+        if self.diagnosis.found.is_empty() {
+            reflectance::section(self.files_before, &[])
+        } else {
+            reflectance::section(self.files_after, self.files_before)
+        }
+    }
+
     fn photos(&self) -> String {
+        if self.before.is_empty() {
+            return String::new();
+        }
         let changed = !self.diagnosis.found.is_empty();
         let each: String = self
             .before
@@ -187,6 +223,8 @@ impl DiagnosisReport<'_> {
             .diagnosis
             .candidates
             .iter()
+            // Of a material alone, what only a picture could show goes without saying.
+            .filter(|c| !self.of_files() || c.score.is_some())
             .map(|c| {
                 let number = |x: Option<f64>, digits| x.map_or_else(|| "–".to_owned(), |x| significant(x, digits));
                 let change: Vec<String> = c
@@ -209,10 +247,15 @@ impl DiagnosisReport<'_> {
             })
             .collect();
         format!(
-            "<section>\n<h2>All effects</h2>\n<div class=\"wide\"><table>\n<caption>At the base model. Gain: decrease of chi-square per observation on photos \
-             left out one at a time. Score: promised decrease of chi-square over its dispersion. Power: chance that the score test notices an effect of the smallest \
-             gain of interest.</caption>\n<thead><tr><th scope=\"col\">Effect</th><th scope=\"col\">Gain</th><th scope=\"col\">Score</th><th scope=\"col\">p</th>\
-             <th scope=\"col\">Power</th><th scope=\"col\" class=\"word\">Expected change</th><th scope=\"col\" class=\"word\">Outcome</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n</section>\n"
+            "<section>\n<h2>All effects</h2>\n<div class=\"wide\"><table>\n<caption>At the base model. Gain: decrease of chi-square per observation on {} \
+             left out one at a time. Score: promised decrease of chi-square over its dispersion. {}</caption>\n<thead><tr><th scope=\"col\">Effect</th><th scope=\"col\">Gain</th><th scope=\"col\">Score</th><th scope=\"col\">p</th>\
+             <th scope=\"col\">Power</th><th scope=\"col\" class=\"word\">Expected change</th><th scope=\"col\" class=\"word\">Outcome</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n</section>\n",
+            self.targets(),
+            if self.of_files() {
+                "p is as if samples were independent, which they are not: what counts is the error on files left out."
+            } else {
+                "Power: chance that the score test notices an effect of the smallest gain of interest."
+            }
         )
     }
 

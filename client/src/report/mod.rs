@@ -10,11 +10,13 @@ mod html;
 mod matrix;
 mod panel;
 mod picture;
+mod reflectance;
 mod summary;
 mod tables;
 
 pub use diagnosis::DiagnosisReport;
 pub use panel::Panel;
+pub use reflectance::ReflectancePanel;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -32,6 +34,8 @@ pub struct Report<'a> {
     pub result: &'a FitResult,
     /// One panel per photo, in the capture's order; empty where the fit was interrupted before they were rendered.
     pub panels: &'a [Panel],
+    /// One panel per file of measured reflectance.
+    pub files: &'a [ReflectancePanel],
     /// Samples per pixel of the panels' renders.
     pub samples: u32,
     /// The command that made it.
@@ -46,12 +50,14 @@ impl Report<'_> {
     pub fn page(&self) -> String {
         let name = escape(&self.result.capture);
         let body = [
-            summary::section(self.result, self.panels),
+            summary::section(self.result, self.panels, self.files),
             tables::parameters(self.result),
             matrix::section(self.result),
             chart::section(&self.result.loss_curve),
             tables::photos(self.panels, self.samples),
             panel::section(self.panels),
+            reflectance::table(self.files),
+            reflectance::section(self.files, &[]),
             self.footer(),
         ]
         .concat();
@@ -130,9 +136,15 @@ mod tests {
 
     #[test]
     fn text_of_the_capture_cannot_become_markup() {
-        let page =
-            Report { result: &result(), panels: &[], samples: 16, command: "gonio fit '<img src=x>'", version: "1" }
-                .page();
+        let page = Report {
+            result: &result(),
+            panels: &[],
+            files: &[],
+            samples: 16,
+            command: "gonio fit '<img src=x>'",
+            version: "1",
+        }
+        .page();
         for tag in ["<script", "<b>", "<i>", "<img"] {
             assert!(!page.contains(tag), "{tag}");
         }
@@ -141,7 +153,9 @@ mod tests {
 
     #[test]
     fn the_page_needs_no_other_host_and_its_policy_allows_its_style() {
-        let page = Report { result: &result(), panels: &[], samples: 16, command: "gonio fit", version: "1" }.page();
+        let page =
+            Report { result: &result(), panels: &[], files: &[], samples: 16, command: "gonio fit", version: "1" }
+                .page();
         for outside in ["src=\"http", "href=", "url(", "@import", "style=\"", "on"] {
             // Every attribute that could load or run something; `on...` handlers only as attributes.
             let found = if outside == "on" {
@@ -159,7 +173,9 @@ mod tests {
     #[test]
     fn says_first_how_it_ended() {
         let mut result = result();
-        let page = |result: &FitResult| Report { result, panels: &[], samples: 16, command: "", version: "" }.page();
+        let page = |result: &FitResult| {
+            Report { result, panels: &[], files: &[], samples: 16, command: "", version: "" }.page()
+        };
         assert!(page(&result).contains("converged after 3 iterations"));
         result.converged = false;
         assert!(page(&result).contains("did not converge"));

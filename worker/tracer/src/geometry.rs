@@ -183,7 +183,24 @@ impl Surface {
     #[inline]
     #[must_use]
     pub fn ray(&self, direction: Vec3, t_max: f32) -> Ray {
-        let side = if self.face.dot(direction) < 0.0 { -self.margin } else { self.margin };
-        Ray { origin: self.position + self.face * side, direction, t_min: 0.0, t_max }
+        Ray { origin: self.off(direction), direction, t_min: 0.0, t_max }
+    }
+
+    /// A ray from just off the surface to just before the point that lies `distance` from the surface along `direction`.
+    #[inline]
+    #[must_use]
+    pub fn ray_to(&self, direction: Vec3, distance: f32) -> Ray {
+        let origin = self.off(direction);
+        if distance == f32::INFINITY {
+            return Ray { origin, direction, t_min: 0.0, t_max: distance };
+        }
+        let way = self.position + direction * distance - origin;
+        let length = way.length();
+        Ray { origin, direction: way / length, t_min: 0.0, t_max: length * (1.0 - 1e-4) }
+    }
+
+    #[inline]
+    fn off(&self, direction: Vec3) -> Vec3 {
+        self.position + self.face * if self.face.dot(direction) < 0.0 { -self.margin } else { self.margin }
     }
 }

@@ -217,7 +217,7 @@ pub fn trace<const SAME: bool>(
             if found.value == Vec3::ZERO && !differentiate {
                 return;
             }
-            let shadow = surface.ray(sample.direction, sample.distance * (1.0 - 1e-4));
+            let shadow = surface.ray_to(sample.direction, sample.distance);
             if world.geometry.occluded(&shadow)
                 || world.lights.sphere(shadow.origin, shadow.direction, shadow.t_max).is_some()
             {

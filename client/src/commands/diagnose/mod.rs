@@ -10,7 +10,7 @@ use crate::interrupt::Interrupt;
 use crate::output::{Output as Folder, tell, to_json, to_pretty_json};
 use crate::progress::{Console, DiagnoseConsole};
 use crate::relocate::relocate;
-use gonio::report::{DiagnosisReport, Panel};
+use gonio::report::{DiagnosisReport, Panel, ReflectancePanel};
 use gonio_diagnose::{Diagnosed, Diagnosis, Options, Seen, Verdict};
 use gonio_scene::Capture;
 use gonio_scene::capture::CAPTURE_FILE;
@@ -34,6 +34,7 @@ pub fn run(arguments: &DiagnoseArguments) -> Result<(), Failure> {
         seed: arguments.seed,
         samples: arguments.samples,
         smallest_gain: arguments.smallest_gain,
+        smallest_file_gain: arguments.smallest_file_gain,
         without: arguments.without.clone(),
         ..Options::default()
     };
@@ -77,10 +78,16 @@ fn write(diagnosed: &Diagnosed, input: &Input, folder: &Folder) -> Result<(), Fa
     let panels = |capture: &Capture, seen: &[Seen]| -> Vec<Panel> {
         seen.iter().filter_map(|s| Panel::new(capture, &s.photograph, &s.film, &s.statistics)).collect()
     };
+    let files = |capture: &Capture, seen: &[Seen]| -> Vec<ReflectancePanel> {
+        let panel = |s: &Seen| ReflectancePanel::new(capture, &s.photograph, &s.pairs, &s.film, &s.statistics);
+        seen.iter().filter_map(panel).collect()
+    };
     let report = DiagnosisReport {
         diagnosis: &diagnosed.diagnosis,
         before: &panels(&diagnosed.base_capture, &diagnosed.before),
         after: &panels(&diagnosed.last_capture, &diagnosed.after),
+        files_before: &files(&diagnosed.base_capture, &diagnosed.before),
+        files_after: &files(&diagnosed.last_capture, &diagnosed.after),
         structure_before: &diagnosed.structure_before,
         structure_after: &diagnosed.structure_after,
         command: &command(),
@@ -108,8 +115,11 @@ fn conclude(diagnosis: &Diagnosis, folder: &Folder) {
     }
     if let Some(held) = diagnosis.found.first().and_then(|f| f.held_out) {
         tell(&format!(
-            "held out: reduced chi-square {:.4} before, {:.4} after; log density {:+.4} per observation",
-            held.reduced_chi_square_before, held.reduced_chi_square_after, held.log_density_gain
+            "held out: reduced chi-square {:.4} before, {:.4} after; RMSE {:+.1} %; log density {:+.4} per observation",
+            held.reduced_chi_square_before,
+            held.reduced_chi_square_after,
+            100.0 * (held.rmse_after / held.rmse_before - 1.0),
+            held.log_density_gain
         ));
     }
     if let Some(left) = &diagnosis.unexplained {

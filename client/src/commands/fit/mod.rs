@@ -11,10 +11,11 @@ use crate::output::{Output as Folder, tell, to_json, to_pretty_json};
 use crate::progress::{Console, FitConsole};
 use crate::relocate::relocate;
 use gonio::farm::OpenCapture;
-use gonio::report::{Panel, Report};
+use gonio::report::Report;
 use gonio_fit::{Checkpoint, FitEvent, FitResult, Options};
 use gonio_scene::capture::CAPTURE_FILE;
 use gonio_scene::{Capture, Photograph};
+use pictures::Pictures;
 
 const RESULT: &str = "fit.json";
 const REPORT: &str = "report.html";
@@ -49,12 +50,13 @@ pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
     write_capture(&fitted, &input, &folder)?;
     folder.write(RESULT, to_pretty_json(&result)?.as_bytes())?;
     let panels = if interrupt.is_asked() {
-        Ok(Vec::new())
+        Ok(Pictures::default())
     } else {
         pictures::panels(&fitted, &input.files, &mut farm, &result, &mut console, &interrupt)
     };
     let samples = pictures::samples(&fitted, &result);
-    write_report(&folder, &result, panels.as_deref().unwrap_or_default(), samples)?;
+    let none = Pictures::default();
+    write_report(&folder, &result, panels.as_ref().unwrap_or(&none), samples)?;
     console.end();
     if arguments.farm.json {
         tell(&to_json(&result)?);
@@ -121,9 +123,11 @@ fn write_capture(fitted: &Capture, input: &Input, folder: &Folder) -> Result<(),
     Ok(())
 }
 
-fn write_report(folder: &Folder, result: &FitResult, panels: &[Panel], samples: u32) -> Result<(), Failure> {
+fn write_report(folder: &Folder, result: &FitResult, pictures: &Pictures, samples: u32) -> Result<(), Failure> {
     let command = command();
-    let report = Report { result, panels, samples, command: &command, version: env!("CARGO_PKG_VERSION") };
+    let version = env!("CARGO_PKG_VERSION");
+    let (panels, files) = (&pictures.photos, &pictures.files);
+    let report = Report { result, panels, files, samples, command: &command, version };
     folder.write(REPORT, report.page().as_bytes())?;
     Ok(())
 }

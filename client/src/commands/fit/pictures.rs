@@ -4,10 +4,21 @@ use super::super::{batches, photo_pixels};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
-use gonio::report::Panel;
+use gonio::report::{Panel, ReflectancePanel};
 use gonio_fit::{Evaluate, FitResult};
+use gonio_scene::capture::Target;
 use gonio_scene::files::DirectoryFiles;
+use gonio_scene::reflectance::Directions;
 use gonio_scene::{Capture, EvaluationRequest, Output, Photograph};
+
+/// What a report shows of a fit.
+#[derive(Debug, Default)]
+pub(super) struct Pictures {
+    /// The photos.
+    pub photos: Vec<Panel>,
+    /// The files of measured reflectance.
+    pub files: Vec<ReflectancePanel>,
+}
 
 /// Fewest samples per pixel of a picture, where the fit itself took as many.
 const FEWEST: u32 = 16;
@@ -20,7 +31,7 @@ pub(super) fn samples(capture: &Capture, result: &FitResult) -> u32 {
     quarter.max(FEWEST).min(result.samples) / 2 * 2
 }
 
-/// A panel for each photo of the `fitted` capture, the held-out included: no value follows from them any more.
+/// A panel for each photo, and file of reflectance, of the `fitted` capture, the held-out included: no value follows from them any more.
 ///
 /// # Errors
 /// The farm fails, a photograph has changed since, Ctrl-C.
@@ -31,16 +42,16 @@ pub(super) fn panels(
     result: &FitResult,
     console: &mut Console,
     interrupt: &Interrupt,
-) -> Result<Vec<Panel>, Failure> {
+) -> Result<Pictures, Failure> {
     let numbers: Vec<(String, f64)> = fitted
         .free_parameters()?
         .iter()
         .flat_map(|parameter| parameter.numbers(parameter.value).collect::<Vec<_>>())
         .collect();
-    let photos: Vec<usize> = (0..fitted.photos.len()).collect();
-    let mut panels = Vec::new();
+    let photos: Vec<usize> = (0..fitted.targets().count()).collect();
+    let mut pictures = Pictures::default();
+    let mut done = 0;
     for batch in batches(fitted, &photos) {
-        let done = panels.len();
         let request = EvaluationRequest {
             numbers: numbers.clone(),
             columns: Vec::new(),
@@ -56,13 +67,19 @@ pub(super) fn panels(
             interrupt.flow()
         })?;
         for (film, statistics) in evaluation.films.iter().zip(&evaluation.photos) {
-            let Some(photo) = fitted.photos.get(statistics.photo) else { continue };
-            let photograph = Photograph::load(fitted, photo, files)?;
-            panels.extend(Panel::new(fitted, &photograph, film, statistics));
+            let Some(target) = fitted.target(statistics.photo) else { continue };
+            let photograph = Photograph::of(fitted, target, files)?;
+            if let Target::Reflectance(file) = target {
+                let pairs = Directions::read(files, &file.file)?.pairs;
+                pictures.files.extend(ReflectancePanel::new(fitted, &photograph, &pairs, film, statistics));
+            } else {
+                pictures.photos.extend(Panel::new(fitted, &photograph, film, statistics));
+            }
         }
+        done += evaluation.photos.len();
     }
-    if panels.len() < photos.len() {
+    if pictures.photos.len() + pictures.files.len() < photos.len() {
         console.line("some photos changed while they were fitted, and are left out of the report");
     }
-    Ok(panels)
+    Ok(pictures)
 }

@@ -208,7 +208,7 @@ impl Bounce<'_> {
         if value == Vec3::ZERO && !differentiate {
             return;
         }
-        let shadow = way.from.ray(sample.direction, sample.distance * (1.0 - 1e-4));
+        let shadow = way.from.ray_to(sample.direction, sample.distance);
         let blocked = self.world.geometry.occluded(&shadow)
             || self.world.lights.sphere(shadow.origin, shadow.direction, shadow.t_max).is_some();
         if blocked {

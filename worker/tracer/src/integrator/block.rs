@@ -165,8 +165,7 @@ fn shade_lanes(
         let (mut shadows, mut owners, mut count) = ([Ray::NONE; BLOCK], [0; BLOCK], 0);
         for lane in lanes(seen) {
             if wi.get(lane).z > 0.0 && lit.distance[lane] > 0.0 && found.value.get(lane) != Vec3::ZERO {
-                let free = lit.distance[lane] * (1.0 - 1e-4);
-                shadows[count] = surfaces.ray(lane, lit.direction.get(lane), free);
+                shadows[count] = surfaces.get(lane).ray_to(lit.direction.get(lane), lit.distance[lane]);
                 owners[count] = lane;
                 count += 1;
             }
@@ -189,7 +188,7 @@ fn shade_lanes(
     for lane in lanes(seen) {
         let (drawn, value, pdf) = (wi.get(lane), found.value.get(lane), found.pdf[lane]);
         if drawn.z > 0.0 && pdf > 0.0 && value * (1.0 / pdf) != Vec3::ZERO {
-            leaving[count] = surfaces.ray(lane, frames.get(lane).world(drawn), f32::INFINITY);
+            leaving[count] = surfaces.get(lane).ray(frames.get(lane).world(drawn), f32::INFINITY);
             owners[count] = lane;
             count += 1;
         }
@@ -214,11 +213,11 @@ struct Surfaces {
 }
 
 impl Surfaces {
-    /// As [`Surface::ray`].
+    /// One of them, without what a shader needs.
     #[inline(always)]
-    fn ray(&self, lane: usize, direction: Vec3, t_max: f32) -> Ray {
+    fn get(&self, lane: usize) -> Surface {
         let (position, face, margin) = (self.position.get(lane), self.face.get(lane), self.margin[lane]);
-        Surface { position, face, normal: face, object: 0, margin }.ray(direction, t_max)
+        Surface { position, face, normal: face, object: 0, margin }
     }
 }
 

@@ -5,8 +5,8 @@
 //! promise most, adds what survives cross-validation between photos, and judges the outcome on photos that nothing
 //! before has read. Like a fit, it knows nothing of where a photo is rendered: it takes a [`Workshop`].
 
-pub mod backward;
-mod context;
+mod backward;
+pub mod context;
 pub mod covariates;
 mod cross;
 mod diagnose;

@@ -83,7 +83,11 @@ fn albedo(colour: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if returned(middle) < colour { low = middle } else { high = middle }
+        if returned(middle) < colour {
+            low = middle;
+        } else {
+            high = middle;
+        }
     }
     0.5 * (low + high)
 }

@@ -5,8 +5,11 @@
 //! so that d radiance / d parameter is the estimator with d f in place of f, at no extra ray.
 
 mod block;
+mod place;
+mod wave;
 
-pub use block::{Paths, lights_blocks, trace_block};
+pub use block::{First, first_surfaces, lights_blocks};
+pub use wave::Waves;
 
 use crate::geometry::Geometry;
 use crate::light::{Emission, LightSample, PhotoLights};

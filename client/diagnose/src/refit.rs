@@ -153,7 +153,8 @@ fn search(
             }
         }
     }
-    let mut numbers: Vec<(String, f64)> = variant.search.iter().zip(&place).map(|((n, _), x)| (n.clone(), *x)).collect();
+    let mut numbers: Vec<(String, f64)> =
+        variant.search.iter().zip(&place).map(|((n, _), x)| (n.clone(), *x)).collect();
     numbers.extend(colours);
     capture.set_numbers(&numbers)?;
     Ok(best)

@@ -39,12 +39,7 @@ pub struct Score {
 /// `dispersion` is what chi-square per degree of freedom would be without any effect. What `beside` explains, one of the
 /// probe's candidates, is taken for explained.
 #[must_use]
-pub fn scores(
-    probe: &Probe,
-    photos: &[PhotoStatistics],
-    dispersion: f64,
-    beside: Option<&Candidate>,
-) -> Vec<Score> {
+pub fn scores(probe: &Probe, photos: &[PhotoStatistics], dispersion: f64, beside: Option<&Candidate>) -> Vec<Score> {
     let observations: u64 = photos.iter().map(|p| p.observations).sum();
     let mut head: Vec<(usize, f64)> = (0..probe.own).map(|i| (i, 1.0)).collect();
     head.extend(beside.into_iter().flat_map(|c| places(c, probe.own)));

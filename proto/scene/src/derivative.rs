@@ -77,8 +77,12 @@ impl Contribution {
             Self::Plane { plane, channel, factor } if channel.is_none_or(|c| c == wanted) => {
                 Ok(Self::Plane { plane, channel: Some(wanted), factor })
             }
-            _ => Err(SceneError::new("request", format!("has no part in channel {wanted} alone"), "ask for all channels")
-                .at(parameter.name.as_str())),
+            _ => Err(SceneError::new(
+                "request",
+                format!("has no part in channel {wanted} alone"),
+                "ask for all channels",
+            )
+            .at(parameter.name.as_str())),
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Camera rays: an OpenCV pinhole, or a thin lens in its place, with Brown-Conrady distortion, undone by Newton's method.
 
 use crate::affine::affine;
-use crate::bvh::Ray;
+use crate::bvh::{Bundle, Ray};
+use crate::vectors::{BLOCK, Lanes, Vectors};
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
 use gonio_scene::capture::{CAPTURE_FILE, Camera, Photo};
 use gonio_scene::{Result, SceneError};
@@ -118,6 +119,27 @@ impl PhotoCamera {
         // All rays of an image position meet in one point of the plane that is sharp.
         let sharp = pinhole.direction * (lens.focus / pinhole.direction.dot(self.forward));
         Ray { origin: self.origin + shift, direction: (sharp - shift).normalize(), ..pinhole }
+    }
+
+    /// [`PhotoCamera::ray`] through some positions of one pixel: its left and upper edge, and in units of pixels the place
+    /// in it, then the place in the lens.
+    #[allow(clippy::needless_range_loop)] // Four arrays at one index.
+    pub fn rays(&self, [left, top]: [f32; 2], [x, y, u, v]: &[Lanes; 4], into: &mut Bundle) {
+        if self.distorted || self.lens.is_some() {
+            for lane in 0..BLOCK {
+                into.set(lane, &self.ray(left + x[lane], top + y[lane], u[lane], v[lane]));
+            }
+            return;
+        }
+        // As `centre_ray`, in a loop that vectorises.
+        into.origin = Vectors::splat(self.origin);
+        let m = &self.projective;
+        for lane in 0..BLOCK {
+            let (x, y) = (left + x[lane], top + y[lane]);
+            into.direction.set(lane, (m.x_axis * x + m.y_axis * y + m.z_axis).normalize());
+        }
+        into.t_min = [0.0; BLOCK];
+        into.t_max = [f32::INFINITY; BLOCK];
     }
 
     /// The world direction (unit length) seen at image position (x, y), in pixels from the top left corner.

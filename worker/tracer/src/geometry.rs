@@ -1,8 +1,9 @@
 //! The triangles of all objects in world coordinates, and what a ray that hits one finds there.
 
 use crate::affine::affine;
-use crate::bvh::{Bvh, Hit, Ray};
+use crate::bvh::{Bundle, Bvh, Hit, Hits, Ray};
 use crate::extent::Extent;
+use crate::vectors::{BLOCK, Lanes, Vectors, equal};
 use glam::{DVec3, Vec3};
 use gonio_scene::capture::{CAPTURE_FILE, Object};
 use gonio_scene::{Assets, Capture, Result, SceneError};
@@ -123,25 +124,26 @@ impl Geometry {
     }
 
     /// [`Geometry::closest`] for rays that start and run close together.
-    pub fn closest_packet(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.bvh.closest_packet(rays, hits);
+    pub fn closest_bundle(&self, rays: &Bundle, hits: &mut Hits) {
+        self.bvh.closest_bundle(rays, hits);
     }
 
     /// [`Geometry::closest`] for rays that start close together and mostly hit nothing.
-    pub fn closest_stream(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    pub fn closest_stream(&self, rays: &Bundle, hits: &mut Hits) {
         self.bvh.closest_stream(rays, hits);
     }
 
-    /// [`Geometry::occluded`] for rays that start and run close together.
-    pub fn occluded_packet(&self, rays: &[Ray], blocked: &mut [bool]) {
-        self.bvh.occluded_packet(rays, blocked);
+    /// [`Geometry::occluded`] for rays that start and run close together, as bits.
+    #[must_use]
+    pub fn occluded_bundle(&self, rays: &Bundle) -> u32 {
+        self.bvh.occluded_bundle(rays)
     }
 
-    /// The object of a hit.
+    /// The object of a triangle that was hit.
     #[inline]
     #[must_use]
-    pub fn object(&self, hit: &Hit) -> usize {
-        self.triangles[hit.triangle as usize].object as usize
+    pub fn object_of(&self, triangle: u32) -> usize {
+        self.triangles[triangle as usize].object as usize
     }
 
     /// Where an object's bounding box lies.
@@ -156,18 +158,129 @@ impl Geometry {
     #[must_use]
     pub fn surface(&self, hit: &Hit) -> Surface {
         let triangle = &self.triangles[hit.triangle as usize];
-        let [a, b, c] = triangle.vertices;
-        let [na, nb, nc] = triangle.normals;
-        let w = 1.0 - hit.u - hit.v;
-        let position = a * w + b * hit.u + c * hit.v;
-        let [least, most] = triangle.margins;
-        Surface {
-            position,
-            face: triangle.face,
-            normal: (na * w + nb * hit.u + nc * hit.v).normalize_or(triangle.face),
-            object: triangle.object as usize,
-            margin: ((1.0 + position.abs().max_element()) * self.ray_offset).clamp(least, most),
+        let (position, normal) = triangle.at(hit.u, hit.v);
+        let margin = triangle.margin(position, self.ray_offset);
+        Surface { position, face: triangle.face, normal, object: triangle.object as usize, margin }
+    }
+
+    /// What lies at the hits of the lanes in `mask`.
+    #[inline(always)]
+    pub fn surfaces(&self, hits: &Hits, mask: u32, into: &mut Surfaces) {
+        let mut todo = mask;
+        while todo != 0 {
+            let lane = todo.trailing_zeros() as usize % BLOCK;
+            let index = hits.triangle[lane];
+            let triangle = &self.triangles[index as usize];
+            let same = equal(&hits.triangle, index);
+            todo &= !same;
+            if same & (same - 1) == 0 {
+                let (position, normal) = triangle.at(hits.u[lane], hits.v[lane]);
+                into.set(lane, position, triangle.face, normal, triangle.margin(position, self.ray_offset));
+                continue;
+            }
+            // Samples of a pixel mostly share a few triangles.
+            for lane in 0..BLOCK {
+                let (position, normal) = triangle.at(hits.u[lane], hits.v[lane]);
+                let old = (into.position.get(lane), into.face.get(lane), into.normal.get(lane), into.margin[lane]);
+                let hit = same >> lane & 1 != 0;
+                into.set(
+                    lane,
+                    pick(hit, position, old.0),
+                    pick(hit, triangle.face, old.1),
+                    pick(hit, normal, old.2),
+                    one(hit, triangle.margin(position, self.ray_offset), old.3),
+                );
+            }
         }
+    }
+}
+
+#[inline(always)]
+fn one(first: bool, a: f32, b: f32) -> f32 {
+    if first { a } else { b }
+}
+
+#[inline(always)]
+fn pick(first: bool, a: Vec3, b: Vec3) -> Vec3 {
+    Vec3::new(one(first, a.x, b.x), one(first, a.y, b.y), one(first, a.z, b.z))
+}
+
+impl Triangle {
+    /// Position and shading normal.
+    #[inline(always)]
+    fn at(&self, u: f32, v: f32) -> (Vec3, Vec3) {
+        let [a, b, c] = self.vertices;
+        let [na, nb, nc] = self.normals;
+        let w = 1.0 - u - v;
+        (a * w + b * u + c * v, unit_or(na * w + nb * u + nc * v, self.face))
+    }
+
+    /// See [`Surface::margin`].
+    #[inline(always)]
+    fn margin(&self, position: Vec3, ray_offset: f32) -> f32 {
+        let [least, most] = self.margins;
+        ((1.0 + position.abs().max_element()) * ray_offset).clamp(least, most)
+    }
+}
+
+/// [`Vec3::normalize_or`] without a branch.
+#[inline(always)]
+fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
+    let inverse = v.length_recip();
+    pick((inverse > 0.0) & (inverse < f32::INFINITY), v * inverse, fallback)
+}
+
+/// Surfaces side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct Surfaces {
+    pub position: Vectors,
+    pub face: Vectors,
+    pub normal: Vectors,
+    pub margin: Lanes,
+}
+
+impl Surfaces {
+    /// All zero.
+    pub const ZERO: Self =
+        Self { position: Vectors::ZERO, face: Vectors::ZERO, normal: Vectors::ZERO, margin: [0.0; BLOCK] };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, position: Vec3, face: Vec3, normal: Vec3, margin: f32) {
+        self.position.set(lane, position);
+        self.face.set(lane, face);
+        self.normal.set(lane, normal);
+        self.margin[lane] = margin;
+    }
+
+    /// [`Surface::ray`] without an end, in every lane; which lanes hold a ray stays as it is.
+    #[inline(always)]
+    pub fn rays(&self, direction: &Vectors, into: &mut Bundle) {
+        for lane in 0..BLOCK {
+            into.origin.set(lane, self.off(lane, direction.get(lane)));
+        }
+        into.direction = *direction;
+        into.t_max = [f32::INFINITY; BLOCK];
+    }
+
+    /// As [`Surface::ray_to`], in every lane; which lanes hold a ray stays as it is.
+    #[inline(always)]
+    pub fn rays_to(&self, direction: &Vectors, distance: &Lanes, into: &mut Bundle) {
+        for lane in 0..BLOCK {
+            let (towards, distance) = (direction.get(lane), distance[lane]);
+            let origin = self.off(lane, towards);
+            let way = self.position.get(lane) + towards * distance - origin;
+            let length = way.length();
+            let endless = distance == f32::INFINITY;
+            into.origin.set(lane, origin);
+            into.direction.set(lane, pick(endless, towards, way / length));
+            into.t_max[lane] = one(endless, distance, length * (1.0 - 1e-4));
+        }
+    }
+
+    #[inline(always)]
+    fn off(&self, lane: usize, direction: Vec3) -> Vec3 {
+        let (face, margin) = (self.face.get(lane), self.margin[lane]);
+        self.position.get(lane) + face * one(face.dot(direction) < 0.0, -margin, margin)
     }
 }
 

@@ -6,9 +6,12 @@
 
 mod below;
 mod block;
+mod place;
 mod probe;
+mod wave;
 
-pub use block::{Paths, lights_blocks, trace_block};
+pub use block::{First, first_surfaces, lights_blocks};
+pub use wave::Waves;
 
 use crate::geometry::Geometry;
 use crate::light::{Emission, LightSample, PhotoLights};

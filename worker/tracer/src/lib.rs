@@ -9,6 +9,7 @@
 
 mod affine;
 mod basis;
+mod batch;
 pub mod bsdf;
 pub mod bvh;
 mod camera;

@@ -1,9 +1,9 @@
 //! Renders tiles: the two half buffers with their derivative images, and first hits.
 
-use crate::bvh::{Hit, Ray};
+use crate::bvh::{Bundle, Hit, Hits, Ray};
 use crate::camera::Glare;
 use crate::difference::Difference;
-use crate::integrator::{Paths, Start, Tally, World, lights_blocks, trace, trace_block};
+use crate::integrator::{Start, Tally, World, trace};
 use crate::prepared::Prepared;
 use crate::reflectance::Measured;
 use crate::sampler::{Aside, BLOCK, Block, PixelSampler, Sampler};
@@ -59,9 +59,8 @@ struct Buffers {
 /// Successive samples of one pixel.
 struct SampleBlock {
     numbers: Block,
-    rays: [Ray; BLOCK],
-    first: [Option<Hit>; BLOCK],
-    paths: Paths,
+    rays: Bundle,
+    first: Hits,
 }
 
 /// One sample of a pixel.
@@ -110,17 +109,15 @@ impl Prepared {
             data: Vec::with_capacity(2 * pixels.len() * channels),
             invalid_samples: 0,
         };
+        if self.render_batches(proposals, task, &pixels, cancel, &mut film)? {
+            return Some(film);
+        }
         let mut buffers = Buffers {
             path: vec![Vec3::ZERO; self.forward.materials],
             found: vec![Vec3::ZERO; self.forward.planes.len()],
             sums: vec![Vec3::ZERO; 1 + self.planes()],
             middle: Vec::new(),
-            block: SampleBlock {
-                numbers: Block::new(),
-                rays: [Ray::NONE; BLOCK],
-                first: [None; BLOCK],
-                paths: Paths::NONE,
-            },
+            block: SampleBlock { numbers: Block::new(), rays: Bundle::NONE, first: Hits::NONE },
         };
         // Where no number moves what this photo sees, a difference is zero and costs nothing.
         let differences: Vec<_> = self.differences.iter().filter(|d| d.matters(task.photo)).collect();
@@ -157,18 +154,14 @@ impl Prepared {
         let mut invalid = 0;
         for start in task.samples.clone().step_by(BLOCK) {
             let count = (task.samples.end - start).min(BLOCK as u32) as usize;
-            let together = self.scene.block(chosen, pixel, start..start + count as u32, block, path, found)?;
+            let together = self.scene.first_hits(pixel, start..start + count as u32, block)?;
             for lane in 0..count {
                 let index = start + lane as u32;
-                let traced = match together {
-                    Together::Whole => Traced { radiance: block.paths.radiance[lane], first: block.first[lane] },
-                    Together::FirstHits => {
-                        let numbers = pixel.sampler.sample(index).from(&block.numbers, lane);
-                        self.scene.sample(chosen, pixel, numbers, Some(block.first[lane]), path, found)?
-                    }
-                    Together::Nothing => {
-                        self.scene.sample(chosen, pixel, pixel.sampler.sample(index), None, path, found)?
-                    }
+                let traced = if together {
+                    let numbers = pixel.sampler.sample(index).from(&block.numbers, lane);
+                    self.scene.sample(chosen, pixel, numbers, Some(block.first.get(lane)), path, found)?
+                } else {
+                    self.scene.sample(chosen, pixel, pixel.sampler.sample(index), None, path, found)?
                 };
                 if middle.len() < kept {
                     middle.push(traced);
@@ -251,74 +244,31 @@ impl Prepared {
     }
 }
 
-/// What a block of samples has done together.
-#[derive(Clone, Copy)]
-enum Together {
-    /// Their paths, from camera to end.
-    Whole,
-    /// Their camera rays.
-    FirstHits,
-    Nothing,
-}
-
 impl Scene {
     /// The measured reflectance with index `target`, which photos come before.
     fn measured(&self, target: usize) -> Option<&Measured> {
         self.measured.get(target.checked_sub(self.views.len())?)
     }
 
-    /// Traces samples of a pixel as far as they can go together, at most [`BLOCK`] of them: the same bits as one by one.
-    fn block(
-        &self,
-        proposals: &Arc<[Shader]>,
-        pixel: &Pixel,
-        samples: Range<u32>,
-        block: &mut SampleBlock,
-        path: &mut [Vec3],
-        found: &mut [Vec3],
-    ) -> Option<Together> {
+    /// Finds what the camera rays of samples of a pixel, at most [`BLOCK`] of them, hit first: the same bits as one by
+    /// one. False, and nothing found, where they are to be traced one by one.
+    fn first_hits(&self, pixel: &Pixel, samples: Range<u32>, block: &mut SampleBlock) -> Option<bool> {
         let view = self.views.get(pixel.photo)?;
         if self.without.is_some() {
-            return Some(Together::Nothing);
+            return Some(false);
         }
-        let SampleBlock { numbers, rays, first, paths } = block;
+        let SampleBlock { numbers, rays, first } = block;
         numbers.ready = 0;
         numbers.fill(&pixel.sampler, samples.start, if view.camera.has_lens() { 4 } else { 2 });
-        let rays = &mut rays[..samples.len()];
-        let [x, y, u, v] = numbers.group(0);
-        for (lane, ray) in rays.iter_mut().enumerate() {
-            *ray = view.camera.ray(pixel.x as f32 + x[lane], pixel.y as f32 + y[lane], u[lane], v[lane]);
-        }
-        self.geometry.closest_packet(rays, first);
-        let hits = first.iter().take(rays.len()).any(Option::is_some);
-        if hits {
+        view.camera.rays([pixel.x as f32, pixel.y as f32], numbers.group(0), rays);
+        rays.used = u32::MAX >> (32 - samples.len().min(BLOCK));
+        *first = Hits::NONE;
+        self.geometry.closest_bundle(rays, first);
+        if first.found() != 0 {
+            numbers.fill(&pixel.sampler, samples.start, 4);
             numbers.fill(&pixel.sampler, samples.start, 4);
         }
-        let same = Arc::ptr_eq(proposals, &self.shaders);
-        if !same || !found.is_empty() || view.camera.glare.is_some() || !lights_blocks(&view.lights) {
-            if hits {
-                numbers.fill(&pixel.sampler, samples.start, 4);
-            }
-            return Some(Together::FirstHits);
-        }
-        let world = World {
-            geometry: &self.geometry,
-            shaders: &self.shaders,
-            proposals,
-            shader_of: &self.shader_of,
-            lights: &view.lights,
-        };
-        trace_block(&world, rays, first, numbers, paths);
-        for lane in 0..rays.len() {
-            if let Some(start) = paths.rest[lane] {
-                let mut own = pixel.sampler.sample(samples.start + lane as u32).from(numbers, lane);
-                (0..start.groups).for_each(|_| own.skip());
-                let mut tally = Tally { radiance: paths.radiance[lane], derivatives: found };
-                trace::<true>(&world, start, &mut own, path, &mut tally);
-                paths.radiance[lane] = tally.radiance;
-            }
-        }
-        Some(Together::Whole)
+        Some(true)
     }
 
     /// Traces a sample of a pixel, whose numbers are given, along the paths that `proposals` choose. `known` is what its camera ray hits,

@@ -8,7 +8,7 @@
 
 mod block;
 
-pub use block::{BLOCK, Block, Lanes};
+pub use block::{BLOCK, Block, Keys, Lanes};
 
 use sobol_burley::sample_4d;
 
@@ -16,6 +16,9 @@ use sobol_burley::sample_4d;
 const SEQUENCE: u32 = 1 << 16;
 /// Groups of four dimensions that are Sobol points.
 const SOBOL_GROUPS: u32 = 3;
+
+/// What tells counted numbers from other uses of their hash.
+const COUNTED: u32 = 0x9e37_79b9;
 
 /// The sequence of one pixel in one half buffer.
 #[derive(Debug, Clone, Copy)]
@@ -96,7 +99,7 @@ impl<'b> Sampler<'b> {
         } else if self.group < SOBOL_GROUPS {
             sample_4d(self.index, self.group, self.scramble)
         } else {
-            pcg4d([self.index, self.group, self.scramble, 0x9e37_79b9]).map(unit)
+            pcg4d([self.index, self.group, self.scramble, COUNTED]).map(unit)
         };
         self.group += 1;
         numbers
@@ -104,23 +107,28 @@ impl<'b> Sampler<'b> {
 }
 
 /// Four well-mixed words from four counters.
-#[inline]
-fn pcg4d(counters: [u32; 4]) -> [u32; 4] {
-    let [mut x, mut y, mut z, mut w] = counters.map(|c| c.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
-    let round = |x: &mut u32, y: &mut u32, z: &mut u32, w: &mut u32| {
-        *x = x.wrapping_add(y.wrapping_mul(*w));
-        *y = y.wrapping_add(z.wrapping_mul(*x));
-        *z = z.wrapping_add(x.wrapping_mul(*y));
-        *w = w.wrapping_add(y.wrapping_mul(*z));
-    };
-    round(&mut x, &mut y, &mut z, &mut w);
-    [x, y, z, w] = [x, y, z, w].map(|c| c ^ (c >> 16));
-    round(&mut x, &mut y, &mut z, &mut w);
+#[inline(always)]
+fn pcg4d([x, y, z, w]: [u32; 4]) -> [u32; 4] {
+    let [x, y, z, w] = mixed([counted(x), counted(y), counted(z), counted(w)]);
+    mixed([x ^ (x >> 16), y ^ (y >> 16), z ^ (z >> 16), w ^ (w >> 16)])
+}
+
+#[inline(always)]
+fn counted(c: u32) -> u32 {
+    c.wrapping_mul(1_664_525).wrapping_add(1_013_904_223)
+}
+
+#[inline(always)]
+fn mixed([x, y, z, w]: [u32; 4]) -> [u32; 4] {
+    let x = x.wrapping_add(y.wrapping_mul(w));
+    let y = y.wrapping_add(z.wrapping_mul(x));
+    let z = z.wrapping_add(x.wrapping_mul(y));
+    let w = w.wrapping_add(y.wrapping_mul(z));
     [x, y, z, w]
 }
 
 /// The top 24 bits of a word as a number in [0, 1).
-#[inline]
+#[inline(always)]
 fn unit(word: u32) -> f32 {
     (word >> 8) as f32 * (1.0 / (1 << 24) as f32)
 }

@@ -74,12 +74,14 @@ pub const EFFECT: Effect = Effect {
                 colour.iter().fold(start, |d, c| d.with(c.clone(), 0.5, albedo))
             };
             let directions = (0..3).flat_map(|channel| [wall(channel, 0.0), wall(channel, 1.0)]).collect();
-            let mut variant = Variant::of(format!("at {:.0} degrees, {distance:.3} m", azimuth.to_degrees()), directions)
-                .adding(Structure::Object(Box::new((object, material)), BOX));
+            let mut variant =
+                Variant::of(format!("at {:.0} degrees, {distance:.3} m", azimuth.to_degrees()), directions)
+                    .adding(Structure::Object(Box::new((object, material)), BOX));
             variant.settings = vec![(presence, 1.0)];
             variant.settings.extend(colour.map(|c| (c, 0.5)));
             let scale = [number("scale.y"), number("scale.z")];
-            variant.free = vec![format!("material.{name}.base_color"), number("translation.x"), number("translation.y")];
+            variant.free =
+                vec![format!("material.{name}.base_color"), number("translation.x"), number("translation.y")];
             variant.free.push(number("rotation.z"));
             variant.free.extend(scale.clone());
             variant

@@ -11,6 +11,7 @@
 //! long an answer takes, never a bit of it.
 
 mod bounds;
+mod bundle;
 mod collapse;
 mod lanes;
 mod layout;
@@ -27,6 +28,7 @@ mod tests;
 mod traverse;
 mod triangle;
 
+pub(crate) use bundle::{Bundle, Hits};
 pub use ray::{Hit, Ray};
 
 use glam::Vec3;
@@ -91,10 +93,10 @@ impl Bvh {
     /// one pixel. Fills the elements of `hits` that have a ray.
     pub fn closest_packet(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         for (rays, hits) in rays.chunks(packet::PACKET).zip(hits.chunks_mut(packet::PACKET)) {
-            if !self.closest_coherent(rays, hits) {
-                for (ray, hit) in rays.iter().zip(hits) {
-                    *hit = self.closest(ray);
-                }
+            let mut found = Hits::NONE;
+            self.closest_bundle(&Bundle::new(rays), &mut found);
+            for (lane, (hit, _)) in hits.iter_mut().zip(rays).enumerate() {
+                *hit = found.get(lane);
             }
         }
     }
@@ -103,48 +105,58 @@ impl Bvh {
     /// wants them. Fills the elements of `blocked` that have a ray.
     pub fn occluded_packet(&self, rays: &[Ray], blocked: &mut [bool]) {
         for (rays, blocked) in rays.chunks(packet::PACKET).zip(blocked.chunks_mut(packet::PACKET)) {
-            if !self.occluded_coherent(rays, blocked) {
-                for (ray, blocked) in rays.iter().zip(blocked) {
-                    *blocked = self.occluded(ray);
-                }
+            let found = self.occluded_bundle(&Bundle::new(rays));
+            for (lane, (blocked, _)) in blocked.iter_mut().zip(rays).enumerate() {
+                *blocked = found >> lane & 1 != 0;
             }
         }
     }
 
-    /// The first triangle that each ray meets: the same as [`Bvh::closest`], faster for rays that start close together
-    /// and mostly meet nothing. Fills the elements of `hits` that have a ray.
-    pub fn closest_stream(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        for (rays, hits) in rays.chunks(stream::STREAM).zip(hits.chunks_mut(stream::STREAM)) {
-            #[cfg(target_arch = "x86_64")]
-            if let Some(avx2) = self.avx2 {
-                // SAFETY: as in `closest`.
-                #[allow(unsafe_code)]
-                unsafe {
-                    stream_avx2(avx2, &self.layout, rays, hits);
-                }
-                continue;
+    /// [`Bvh::closest_packet`] for at most 16 rays.
+    pub(crate) fn closest_bundle(&self, rays: &Bundle, hits: &mut Hits) {
+        if !self.closest_coherent(rays, hits) {
+            for lane in (0..packet::PACKET).filter(|lane| rays.used >> lane & 1 != 0) {
+                hits.set(lane, self.closest(&rays.ray(lane)));
             }
-            stream_portable(&self.layout, rays, hits);
         }
     }
 
-    /// As [`Bvh::closest_coherent`].
-    fn occluded_coherent(&self, rays: &[Ray], blocked: &mut [bool]) -> bool {
-        if rays.len() < packet::PACKET / 4 {
-            return false;
+    /// [`Bvh::occluded_packet`] for at most 16 rays: those that meet a triangle, as bits.
+    pub(crate) fn occluded_bundle(&self, rays: &Bundle) -> u32 {
+        self.occluded_coherent(rays).unwrap_or_else(|| {
+            let lanes = (0..packet::PACKET).filter(|lane| rays.used >> lane & 1 != 0);
+            lanes.fold(0, |bits, lane| bits | u32::from(self.occluded(&rays.ray(lane))) << lane)
+        })
+    }
+
+    /// [`Bvh::closest_bundle`], faster for rays that start close together and mostly meet nothing.
+    pub(crate) fn closest_stream(&self, rays: &Bundle, hits: &mut Hits) {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx2) = self.avx2 {
+            // SAFETY: as in `closest`.
+            #[allow(unsafe_code)]
+            return unsafe { stream_avx2(avx2, &self.layout, rays, hits) };
+        }
+        stream_portable(&self.layout, rays, hits);
+    }
+
+    /// As [`Bvh::closest_coherent`], by `None`.
+    fn occluded_coherent(&self, rays: &Bundle) -> Option<u32> {
+        if rays.count() < packet::PACKET / 4 {
+            return None;
         }
         #[cfg(target_arch = "x86_64")]
         if let Some(avx2) = self.avx2 {
             // SAFETY: as in `closest`.
             #[allow(unsafe_code)]
-            return unsafe { occluded_packet_avx2(avx2, &self.layout, rays, blocked) };
+            return unsafe { occluded_packet_avx2(avx2, &self.layout, rays) };
         }
-        occluded_packet_portable(&self.layout, rays, blocked)
+        occluded_packet_portable(&self.layout, rays)
     }
 
     /// False, and nothing done, where the rays are too few or too far apart to share a walk.
-    fn closest_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> bool {
-        if rays.len() < packet::PACKET / 4 {
+    fn closest_coherent(&self, rays: &Bundle, hits: &mut Hits) -> bool {
+        if rays.count() < packet::PACKET / 4 {
             return false;
         }
         #[cfg(target_arch = "x86_64")]
@@ -171,19 +183,19 @@ fn occluded_avx2(avx2: Avx2, layout: &Layout, ray: &Ray) -> bool {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-fn packet_avx2(avx2: Avx2, layout: &Layout, rays: &[Ray], hits: &mut [Option<Hit>]) -> bool {
+fn packet_avx2(avx2: Avx2, layout: &Layout, rays: &Bundle, hits: &mut Hits) -> bool {
     packet::closest(avx2, &layout.nodes, &layout.leaves, layout.extent, rays, hits)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-fn occluded_packet_avx2(avx2: Avx2, layout: &Layout, rays: &[Ray], blocked: &mut [bool]) -> bool {
-    packet::occluded(avx2, &layout.nodes, &layout.leaves, layout.extent, rays, blocked)
+fn occluded_packet_avx2(avx2: Avx2, layout: &Layout, rays: &Bundle) -> Option<u32> {
+    packet::occluded(avx2, &layout.nodes, &layout.leaves, layout.extent, rays)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-fn stream_avx2(avx2: Avx2, layout: &Layout, rays: &[Ray], hits: &mut [Option<Hit>]) {
+fn stream_avx2(avx2: Avx2, layout: &Layout, rays: &Bundle, hits: &mut Hits) {
     stream::closest(avx2, &layout.nodes, &layout.leaves, rays, hits);
 }
 
@@ -199,16 +211,16 @@ fn occluded_portable(layout: &Layout, ray: &Ray) -> bool {
 }
 
 #[inline(never)]
-fn packet_portable(layout: &Layout, rays: &[Ray], hits: &mut [Option<Hit>]) -> bool {
+fn packet_portable(layout: &Layout, rays: &Bundle, hits: &mut Hits) -> bool {
     packet::closest(Portable, &layout.nodes, &layout.leaves, layout.extent, rays, hits)
 }
 
 #[inline(never)]
-fn occluded_packet_portable(layout: &Layout, rays: &[Ray], blocked: &mut [bool]) -> bool {
-    packet::occluded(Portable, &layout.nodes, &layout.leaves, layout.extent, rays, blocked)
+fn occluded_packet_portable(layout: &Layout, rays: &Bundle) -> Option<u32> {
+    packet::occluded(Portable, &layout.nodes, &layout.leaves, layout.extent, rays)
 }
 
 #[inline(never)]
-fn stream_portable(layout: &Layout, rays: &[Ray], hits: &mut [Option<Hit>]) {
+fn stream_portable(layout: &Layout, rays: &Bundle, hits: &mut Hits) {
     stream::closest(Portable, &layout.nodes, &layout.leaves, rays, hits);
 }

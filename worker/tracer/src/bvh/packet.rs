@@ -6,12 +6,12 @@
 //! single ray. So the hits are those of single rays to the last bit.
 
 use super::bounds::BOX_SLACK;
+use super::bundle::{Bundle, Hits};
 use super::lanes::Lanes;
 use super::node::{Child, Leaf, Node, WIDTH};
-use super::octet::{Octet, VALID};
-use super::ray::{Frame, Hit, Ray};
+use super::octet::{EIGHT, Octet};
 use super::stack::{Len, Stack};
-use super::triangle::{self, Nearest};
+use super::triangle;
 
 use glam::Vec4;
 
@@ -40,18 +40,20 @@ fn splat_axes<L: Lanes>(lanes: L, [a, b]: [Vec4; 2]) -> [[L::F; 2]; 3] {
 impl<L: Lanes> Envelope<L> {
     /// `None` where the rays are not coherent. `extent` is the size of the scene.
     #[inline(always)]
-    fn new(lanes: L, octets: &[Octet; GROUPS], extent: f32) -> Option<Self> {
-        let class = octets[0].class[0];
-        let mut others = 0;
-        for octet in octets {
-            for other in octet.class {
-                others |= other ^ class;
+    fn new(lanes: L, octets: &[Octet<'_>; GROUPS], extent: f32) -> Option<Self> {
+        let [a, b] = octets;
+        let uniform = |of: fn(&Octet<'_>, usize) -> u32, axis: usize| {
+            let (a, b) = (of(a, axis), of(b, axis));
+            (a == b) & ((a == 0) | (a == EIGHT))
+        };
+        for axis in 0..3 {
+            if !uniform(|octet, axis| octet.along[axis], axis) | !uniform(|octet, axis| octet.backward[axis], axis) {
+                return None;
             }
         }
-        if others != 0 || class & VALID == 0 {
+        if a.valid & b.valid != EIGHT {
             return None;
         }
-        let [a, b] = octets;
         let (x, y, z) = (
             spread(&a.origin[0], &b.origin[0]),
             spread(&a.origin[1], &b.origin[1]),
@@ -71,8 +73,7 @@ impl<L: Lanes> Envelope<L> {
             return None;
         }
         let t_min = reduce(&octets[0].t_min, &octets[1].t_min, least);
-        let backward = (class >> 2 & 7) as usize;
-        let backward = [backward & 1, backward >> 1 & 1, backward >> 2 & 1];
+        let backward = [a.backward[0] as usize & 1, a.backward[1] as usize & 1, a.backward[2] as usize & 1];
         // Forward rays from the greatest origin are the first at a plane, from the least the last; backward ones
         // reversed.
         let (low, high) = (origin[0].to_array(), origin[1].to_array());
@@ -143,13 +144,13 @@ fn spread(a: &[f32; WIDTH], b: &[f32; WIDTH]) -> [f32; 2] {
 
 /// The greatest limit of any ray.
 #[inline(always)]
-fn farthest(octets: &[Octet; GROUPS]) -> f32 {
+fn farthest(octets: &[Octet<'_>; GROUPS]) -> f32 {
     reduce(&octets[0].t_max, &octets[1].t_max, most) * BOX_SLACK
 }
 
 /// The rays, as bits, that enter one child box before their limits.
 #[inline(always)]
-fn enter<L: Lanes>(lanes: L, octets: &[Octet; GROUPS], node: &Node, child: usize, backward: [usize; 3]) -> u32 {
+fn enter<L: Lanes>(lanes: L, octets: &[Octet<'_>; GROUPS], node: &Node, child: usize, backward: [usize; 3]) -> u32 {
     let mut rays = 0;
     for (group, octet) in octets.iter().enumerate() {
         let mut near = lanes.load(&octet.t_min);
@@ -169,14 +170,14 @@ fn enter<L: Lanes>(lanes: L, octets: &[Octet; GROUPS], node: &Node, child: usize
     rays
 }
 
-/// The order of axes of the sheared space whose z' is `depth`.
+/// The order of axes of the sheared space of rays that share it.
 #[inline(always)]
-fn axes(depth: u32) -> [usize; 3] {
-    let z = depth as usize % 3;
+fn axes(octet: &Octet<'_>) -> [usize; 3] {
+    let z = if octet.along[2] != 0 { 2 } else { usize::from(octet.along[1] != 0) };
     [(z + 1) % 3, (z + 2) % 3, z]
 }
 
-/// The nearest hits of at most [`PACKET`] rays; false, and nothing done, where they are not coherent. `extent` is the
+/// The nearest hits of the rays of a bundle; false, and nothing done, where they are not coherent. `extent` is the
 /// size of the scene.
 #[inline(always)]
 pub(super) fn closest<L: Lanes>(
@@ -184,18 +185,13 @@ pub(super) fn closest<L: Lanes>(
     nodes: &[Node],
     leaves: &[f32],
     extent: f32,
-    rays: &[Ray],
-    hits: &mut [Option<Hit>],
+    rays: &Bundle,
+    hits: &mut Hits,
 ) -> bool {
-    let rays = &rays[..rays.len().min(PACKET)];
-    let Some(first) = rays.first() else { return false };
-    let mut octets = [Octet::new(rays, first), Octet::new(rays.get(WIDTH..).unwrap_or_default(), first)];
+    let rays = &rays.filled();
+    let mut octets = [Octet::new::<0, L>(lanes, rays), Octet::new::<WIDTH, L>(lanes, rays)];
     let Some(envelope) = Envelope::new(lanes, &octets, extent) else { return false };
-    let axes = axes(octets[0].class[0] & 3);
-    let mut nearest = [Nearest::none(0.0); PACKET];
-    for (nearest, ray) in nearest.iter_mut().zip(rays) {
-        *nearest = Nearest::none(ray.t_max);
-    }
+    let axes = axes(&octets[0]);
     let mut limit = farthest(&octets);
     let mut limits = lanes.splat(limit);
     // The stack holds slots: a node's index times 8 plus the child's lane, so that a leaf's box is at hand.
@@ -212,8 +208,8 @@ pub(super) fn closest<L: Lanes>(
         }
         loop {
             let Some(slot) = stack.pop(&mut len, limit) else {
-                for (hit, nearest) in hits.iter_mut().zip(&nearest[..rays.len()]) {
-                    *hit = nearest.hit();
+                for octet in &octets {
+                    octet.write(lanes, hits);
                 }
                 return true;
             };
@@ -227,20 +223,19 @@ pub(super) fn closest<L: Lanes>(
             let active = enter(lanes, &octets, parent, lane, envelope.backward);
             let mut closer = 0;
             for (group, octet) in octets.iter_mut().enumerate() {
-                let base = group * WIDTH;
-                let mut active = active >> base & 0xff;
+                let mut active = active >> (group * WIDTH) & 0xff;
                 if 2 * active.count_ones() as usize >= leaf.count {
-                    let (rays, nearest) = (&rays[base..], &mut nearest[base..base + WIDTH]);
-                    closer |= octet.closest::<L, false>(lanes, axes, leaf, active, rays, nearest) << base;
+                    closer |= octet.closest::<L, false>(lanes, axes, leaf, active);
                     continue;
                 }
                 while active != 0 {
-                    let i = base + active.trailing_zeros() as usize % WIDTH;
+                    let lane = active.trailing_zeros() as usize % WIDTH;
                     active &= active - 1;
-                    let Some(frame) = Frame::new(&rays[i]) else { continue };
-                    if triangle::closest(lanes, &frame, leaf, &mut nearest[i]) {
-                        octet.end(i % WIDTH, nearest[i].t);
-                        closer |= 1 << i;
+                    let Some(frame) = octet.frame(lane) else { continue };
+                    let mut nearest = octet.nearest(lane);
+                    if triangle::closest(lanes, &frame, leaf, &mut nearest) {
+                        octet.set_nearest(lane, nearest);
+                        closer |= 1 << lane;
                     }
                 }
             }
@@ -252,24 +247,16 @@ pub(super) fn closest<L: Lanes>(
     }
 }
 
-/// Whether each of at most [`PACKET`] rays hits anything; false, and nothing done, where they are not coherent.
+/// Which rays of a bundle hit anything, as bits; `None` where they are not coherent.
 #[inline(always)]
-pub(super) fn occluded<L: Lanes>(
-    lanes: L,
-    nodes: &[Node],
-    leaves: &[f32],
-    extent: f32,
-    rays: &[Ray],
-    blocked: &mut [bool],
-) -> bool {
-    let rays = &rays[..rays.len().min(PACKET)];
-    let Some(first) = rays.first() else { return false };
-    let octets = [Octet::new(rays, first), Octet::new(rays.get(WIDTH..).unwrap_or_default(), first)];
-    let Some(envelope) = Envelope::new(lanes, &octets, extent) else { return false };
-    let axes = axes(octets[0].class[0] & 3);
+pub(super) fn occluded<L: Lanes>(lanes: L, nodes: &[Node], leaves: &[f32], extent: f32, rays: &Bundle) -> Option<u32> {
+    let rays = &rays.filled();
+    let octets = [Octet::new::<0, L>(lanes, rays), Octet::new::<WIDTH, L>(lanes, rays)];
+    let envelope = Envelope::new(lanes, &octets, extent)?;
+    let axes = axes(&octets[0]);
     let limits = lanes.splat(farthest(&octets));
     // Rays that have hit nothing yet, as bits.
-    let mut open = (1u32 << rays.len()) - 1;
+    let mut open = rays.used;
     let (mut stack, mut len) = (Stack::new(), Len::ZERO);
     let mut index = 0;
     'walk: loop {
@@ -295,15 +282,15 @@ pub(super) fn occluded<L: Lanes>(
                 let base = group * WIDTH;
                 let mut active = active >> base & 0xff;
                 if 2 * active.count_ones() as usize >= leaf.count {
-                    open &= !(octet.occluded(lanes, axes, leaf, active, &rays[base..]) << base);
+                    open &= !(octet.occluded(lanes, axes, leaf, active) << base);
                     continue;
                 }
                 while active != 0 {
-                    let i = base + active.trailing_zeros() as usize % WIDTH;
+                    let lane = active.trailing_zeros() as usize % WIDTH;
                     active &= active - 1;
-                    let Some(frame) = Frame::new(&rays[i]) else { continue };
+                    let Some(frame) = octet.frame(lane) else { continue };
                     if triangle::occluded(lanes, &frame, leaf) {
-                        open &= !(1 << i);
+                        open &= !(1 << (base + lane));
                     }
                 }
             }
@@ -312,8 +299,5 @@ pub(super) fn occluded<L: Lanes>(
             }
         }
     }
-    for (i, blocked) in blocked.iter_mut().enumerate().take(rays.len()) {
-        *blocked = open >> i & 1 == 0;
-    }
-    true
+    Some(rays.used & !open)
 }

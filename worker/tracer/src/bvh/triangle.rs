@@ -16,16 +16,19 @@ use glam::Vec3;
 #[derive(Clone, Copy)]
 pub(super) struct Nearest {
     pub t: f32,
-    triangle: u32,
+    pub triangle: u32,
     /// Of the second and third vertex, not yet divided by the sum of all three.
-    weights: [f32; 2],
-    sum: f32,
+    pub weights: [f32; 2],
+    pub sum: f32,
 }
 
 impl Nearest {
+    /// No triangle's index.
+    pub const NONE: u32 = u32::MAX;
+
     #[inline(always)]
     pub fn none(t_max: f32) -> Self {
-        Self { t: t_max, triangle: u32::MAX, weights: [0.0; 2], sum: 1.0 }
+        Self { t: t_max, triangle: Self::NONE, weights: [0.0; 2], sum: 1.0 }
     }
 
     /// Keeps the nearer hit; of equally near ones that with the smaller index.
@@ -39,7 +42,7 @@ impl Nearest {
     #[inline(always)]
     pub fn hit(&self) -> Option<Hit> {
         let [v, w] = self.weights;
-        (self.triangle != u32::MAX).then(|| Hit {
+        (self.triangle != Self::NONE).then(|| Hit {
             t: self.t,
             u: v / self.sum,
             v: w / self.sum,
@@ -106,6 +109,8 @@ pub(super) struct Candidates<L: Lanes> {
     pub w: L::F,
     pub sum: L::F,
     /// Lanes with `t` in range, and within the triangle's box.
+    pub hit: L::M,
+    /// The same as bits.
     pub settled: u32,
     /// Lanes with `t` outside the triangle's box: see [`settle`].
     pub doubtful: u32,
@@ -167,7 +172,8 @@ pub(super) fn candidates<L: Lanes>(lanes: L, pairs: &impl Pairs<L>) -> Option<Ca
     let settled = lanes.and(lanes.and(inside, lanes.le(near, t)), lanes.le(t, far));
     let in_range = lanes.and(lanes.lt(pairs.t_min(lanes), t), lanes.le(t, pairs.t_max(lanes)));
     let doubtful = lanes.bits(inside) & !lanes.bits(settled);
-    Some(Candidates { t, v, w, sum, settled: lanes.bits(lanes.and(settled, in_range)), doubtful })
+    let hit = lanes.and(settled, in_range);
+    Some(Candidates { t, v, w, sum, hit, settled: lanes.bits(hit), doubtful })
 }
 
 /// The parameter of a hit that the edge functions accept, moved into the triangle's box: seen almost edge-on, the

@@ -52,7 +52,7 @@ pub fn entries(
             }
             let Some(hit) = geometry.closest(&ray) else { break };
             ray.t_min = hit.t;
-            if geometry.object(&hit) != exit.object {
+            if geometry.object_of(hit.triangle) != exit.object {
                 continue;
             }
             let surface = geometry.surface(&hit);

@@ -1,6 +1,6 @@
 //! The Sobol points of many samples of one pixel at a time: the bits of `sobol_burley::sample_4d`, several times sooner.
 
-use super::{PixelSampler, SEQUENCE, SOBOL_GROUPS};
+use super::{PixelSampler, SEQUENCE, SOBOL_GROUPS, Sampler, pcg4d, unit};
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 use sobol_burley::sample_4d;
 use std::sync::LazyLock;
@@ -88,9 +88,15 @@ fn points(first: u32, group: u32, scramble: u32, numbers: &mut [Lanes]) {
     for (lane, index) in index.iter_mut().enumerate() {
         *index = owen_scramble_rev((first + lane as u32).reverse_bits(), shuffle);
     }
+    // The scramble of a bit depends on the bits above it alone: an aligned block differs in its last bits only.
+    let own = if first.is_multiple_of(BLOCK as u32) { BLOCK.trailing_zeros() as usize } else { BITS };
     for (d, numbers) in numbers.iter_mut().enumerate() {
-        let mut point = [0u32; BLOCK];
-        for (bit, vector) in vectors.iter().enumerate() {
+        let mut shared = 0;
+        for (bit, vector) in vectors.iter().enumerate().skip(own) {
+            shared ^= vector[d] & ((index[0] << bit).cast_signed() >> 31).cast_unsigned();
+        }
+        let mut point = [shared; BLOCK];
+        for (bit, vector) in vectors.iter().enumerate().take(own) {
             for (point, index) in point.iter_mut().zip(&index) {
                 // All ones where the bit is set.
                 let mask = ((index << bit).cast_signed() >> 31).cast_unsigned();
@@ -104,10 +110,55 @@ fn points(first: u32, group: u32, scramble: u32, numbers: &mut [Lanes]) {
     }
 }
 
+/// Samples of any pixels, for the numbers deep in their paths.
+#[derive(Debug, Clone, Copy)]
+pub struct Keys {
+    index: [u32; BLOCK],
+    scramble: [u32; BLOCK],
+}
+
+impl Keys {
+    /// All zero.
+    pub const ZERO: Self = Self { index: [0; BLOCK], scramble: [0; BLOCK] };
+
+    /// Lets a lane be a sample.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, sample: &Sampler<'_>) {
+        (self.index[lane], self.scramble[lane]) = (sample.index, sample.scramble);
+    }
+
+    /// The samples' numbers of a group behind the Sobol points.
+    #[inline(always)]
+    pub fn numbers(&self, group: u32, into: &mut [Lanes; 4]) {
+        debug_assert!(group >= SOBOL_GROUPS, "these are counted numbers");
+        for lane in 0..BLOCK {
+            let words = pcg4d([self.index[lane], group, self.scramble[lane], super::COUNTED]);
+            (into[0][lane], into[1][lane]) = (unit(words[0]), unit(words[1]));
+            (into[2][lane], into[3][lane]) = (unit(words[2]), unit(words[3]));
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[test]
+    fn keys_give_the_numbers_of_single_samples() {
+        let mut keys = Keys::ZERO;
+        let sample = |lane: u32| PixelSampler::new(5, 2, lane, 7, 1).sample(3 * lane + 70_000);
+        (0..BLOCK).for_each(|lane| keys.set(lane, &sample(lane as u32)));
+        let mut numbers = [[0.0; BLOCK]; 4];
+        for group in SOBOL_GROUPS..9 {
+            keys.numbers(group, &mut numbers);
+            for lane in 0..BLOCK {
+                let mut single = sample(lane as u32);
+                (0..group).for_each(|_| single.skip());
+                assert_eq!(numbers.map(|d| d[lane]), single.next4());
+            }
+        }
+    }
 
     #[test]
     fn blocks_hold_the_bits_of_single_samples() {

@@ -57,6 +57,21 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn copysign(self, a: __m256, sign: __m256) -> __m256 {
+        // SAFETY: AVX2 by `self`.
+        unsafe {
+            let bit = _mm256_set1_ps(-0.0);
+            _mm256_or_ps(_mm256_andnot_ps(bit, a), _mm256_and_ps(bit, sign))
+        }
+    }
+
+    #[inline(always)]
+    fn signs(self, a: __m256) -> u32 {
+        // SAFETY: AVX2 by `self`.
+        unsafe { _mm256_movemask_ps(a).cast_unsigned() }
+    }
+
+    #[inline(always)]
     fn load(self, from: &[f32; WIDTH]) -> __m256 {
         // SAFETY: AVX2 by `self`; reads the array, with no demand on its alignment.
         unsafe { _mm256_loadu_ps(from.as_ptr()) }

@@ -38,6 +38,10 @@ pub(super) trait Lanes: Copy {
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
     /// `if m { a } else { b }`
     fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
+    /// `a` with the sign of `sign`.
+    fn copysign(self, a: Self::F, sign: Self::F) -> Self::F;
+    /// Bit `i` is the sign of lane `i`.
+    fn signs(self, a: Self::F) -> u32;
     /// The first `count` lanes, at most all of them.
     fn first(self, count: usize) -> Self::M;
     /// Bit `i` is lane `i`.

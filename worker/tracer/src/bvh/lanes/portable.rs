@@ -81,6 +81,14 @@ impl Lanes for Portable {
         from_fn(|i| if m[i] { a[i] } else { b[i] })
     }
     #[inline(always)]
+    fn copysign(self, a: F, sign: F) -> F {
+        from_fn(|i| a[i].copysign(sign[i]))
+    }
+    #[inline(always)]
+    fn signs(self, a: F) -> u32 {
+        a.iter().rev().fold(0, |bits, x| bits << 1 | x.to_bits() >> 31)
+    }
+    #[inline(always)]
     fn first(self, count: usize) -> M {
         from_fn(|i| i < count)
     }

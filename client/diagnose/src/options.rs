@@ -10,7 +10,7 @@ pub struct Options {
     pub seed: u64,
     /// Most samples per pixel of a fit's iterations, and of the score pass; even.
     pub samples: u32,
-    /// Samples per pixel of the score pass' finite differences; even.
+    /// Samples per pixel of finite differences in fits; even. The score pass, which has many more of them, takes half.
     pub difference_samples: u32,
     /// Smallest gain of interest: part of the base model's held-out chi-square above the noise floor.
     pub smallest_gain: f64,
@@ -76,6 +76,12 @@ impl Options {
     /// Samples per pixel of score passes and of the fits that are compared with each other.
     pub(crate) fn search_samples(&self) -> u32 {
         self.samples.min(32)
+    }
+
+    /// Samples per pixel of the score pass' finite differences: a column's noise is no error of its score, which only the
+    /// residual's is.
+    pub(crate) fn score_differences(&self) -> u32 {
+        (self.difference_samples / 4 * 2).max(2)
     }
 
     /// How the base is fitted: from its first guesses.

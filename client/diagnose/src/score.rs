@@ -9,8 +9,12 @@ use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// What stands at a place can be tried at few of them, and at a wrong one it predicts no other photo, however much of those
-/// that it is fitted to it explains: this part of the latter is what a search for its place is hoped to bring.
+/// that it is fitted to it explains; many coefficients at once overshoot from their nulls. This part of what such a
+/// candidate explains is what its fit, judged by other photos in its turn, is hoped to keep.
 pub const HOPE: f64 = 0.5;
+
+/// So many directions are many.
+const MANY: usize = 10;
 
 /// What the derivatives at the null say about one candidate.
 #[derive(Debug, Clone)]
@@ -70,8 +74,8 @@ fn score(
     let score = (-projected.change(&raw)).max(0.0) / dispersion;
     let gains: Vec<f64> = (0..each.len()).map(|out| left_out(&each, &total, out, own, candidate)).collect();
     let (cross_gain, cross_error) = per_observation(&gains, observations);
-    let placed = !candidate.variant.search.is_empty();
-    let hope = if placed { HOPE * score * dispersion / (observations as f64).max(1.0) } else { 0.0 };
+    let hopeful = !candidate.variant.search.is_empty() || candidate.variant.directions.len() >= MANY;
+    let hope = if hopeful { HOPE * score * dispersion / (observations as f64).max(1.0) } else { 0.0 };
     let change = raw.iter().zip(&candidate.variant.directions).map(|(x, d)| physical(*x, d.power)).collect();
     Some(Score {
         candidate: index,

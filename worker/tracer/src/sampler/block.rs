@@ -131,6 +131,8 @@ impl Keys {
     #[inline(always)]
     pub fn numbers(&self, group: u32, into: &mut [Lanes; 4]) {
         debug_assert!(group >= SOBOL_GROUPS, "these are counted numbers");
+        // Over the lanes of several arrays, which is what vectorises.
+        #[allow(clippy::needless_range_loop)]
         for lane in 0..BLOCK {
             let words = pcg4d([self.index[lane], group, self.scramble[lane], super::COUNTED]);
             (into[0][lane], into[1][lane]) = (unit(words[0]), unit(words[1]));

@@ -148,7 +148,9 @@ fn a_lost_workers_tasks_are_handed_out_again() {
     };
     farm.open(&capture(1)).unwrap().evaluate(&request, &mut watch).unwrap();
     let counters = cluster.coordinator.broker.counters();
-    assert_eq!((counters.returned, counters.workers_gone, counters.committed), (4, 1, 6));
+    // All four that it held; on a slow machine a lease of the other worker may run out as well.
+    assert!(counters.returned >= 4, "{}", counters.returned);
+    assert_eq!((counters.workers_gone, counters.committed), (1, 6));
 }
 
 #[test]

@@ -1,20 +1,21 @@
 //! The backward check: what was added first may be needless once the rest is there, as when one effect stood in for another.
 
 use crate::model::Model;
-use crate::select::{Addition, importance};
+use crate::select::Addition;
 use crate::workshop::{Observer, Workshop, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 
 /// A part whose loss costs less than so many of its standard errors between photos is not missed.
 const ERRORS: f64 = 1.8;
 
-/// Tries to drop each part but the last, and drops what is not missed; returns the model and the names of what it dropped.
+/// Tries to drop each part but the last, and drops what gains less than `least` or no more than chance; returns the model and the names of what it dropped.
 ///
 /// # Errors
 /// A fit that fails, a cancellation.
 pub fn backward(
     mut model: Model,
     additions: &mut Vec<Addition>,
+    least: f64,
     options: &Options,
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,
@@ -26,7 +27,7 @@ pub fn backward(
         tell(observer, &DiagnoseEvent::Stage { text: format!("fitting without {name}") })?;
         let smaller = without(&model, k, options, workshop, observer)?;
         let (gain, error) = model.gain_over(&smaller.left_out);
-        if gain < importance(&smaller, options) || gain < ERRORS * error {
+        if gain < least || gain < ERRORS * error {
             model = smaller;
             additions.remove(k);
             dropped.push(name);

@@ -80,6 +80,8 @@ pub fn select(
     }
     let effects = options.effects()?;
     let chance = options.false_alarms / effects.len() as f64;
+    // Of the base model's misfit, for every effect: what a wrong model of the first leaves is no second.
+    let least = importance(&base, options);
     let mut trials: Vec<Trial> = Vec::new();
     let mut model = base.clone();
     let mut additions: Vec<Addition> = Vec::new();
@@ -91,7 +93,6 @@ pub fn select(
         if trials.is_empty() {
             trials = left.iter().map(|e| trial(e, &ranking)).collect();
         }
-        let least = importance(&model, options);
         let short = ranking.shortlist(least, chance, options.shortlist);
         let mut fitted = fit_shortlist(&model, &ranking, &short, options, workshop, &mut trials, observer)?;
         fitted.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -119,7 +120,7 @@ pub fn select(
         }
         model = best.model;
     }
-    let (mut model, dropped) = backward(model, &mut additions, options, workshop, observer)?;
+    let (mut model, dropped) = backward(model, &mut additions, least, options, workshop, observer)?;
     for name in dropped {
         refuse(&mut trials, name, "is not missed once the rest is there");
     }

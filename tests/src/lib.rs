@@ -5,6 +5,7 @@
 #[cfg(unix)]
 pub mod cluster;
 pub mod hidden;
+pub mod noise;
 
 use gonio_scene::film::{PixelSet, Tile};
 use gonio_scene::{Assets, Capture};

@@ -10,6 +10,7 @@ use gonio_diagnose::effects::CATALOGUE;
 use gonio_diagnose::{Diagnosed, Options, Verdict};
 use gonio_scene::files::MemoryFiles;
 use gonio_tests::hidden::{Hidden, diagnosed, hide, named};
+use gonio_tests::noise::gaussian;
 use planted::Plastic;
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -22,17 +23,6 @@ const LOBE: (f64, f64) = (0.35, 0.25);
 const NOISE: f64 = 0.03;
 /// Angles of incidence in degrees, fitted to where they are even in tens.
 const INCIDENCE: [u32; 7] = [10, 20, 30, 40, 50, 60, 70];
-
-/// About Gaussian, of variance one: the sum of twelve uniform numbers by SplitMix64 (Steele, Lea, Flood 2014).
-fn gaussian(counter: u64) -> f64 {
-    let uniform = |k: u64| {
-        let mut z = (12 * counter + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    (0..12).map(uniform).sum::<f64>() - 6.0
-}
 
 /// Samples of a plastic at one angle of incidence, of which the part `weight` is the hidden lobe's.
 fn csv(plastic: &Plastic, degrees: u32, weight: f64) -> String {

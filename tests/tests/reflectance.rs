@@ -13,6 +13,7 @@ use gonio::farm::Farm;
 use gonio_fit::{Evaluate, Options, fit};
 use gonio_scene::files::MemoryFiles;
 use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
+use gonio_tests::noise::gaussian;
 use planted::Plastic;
 use std::fmt::Write;
 use std::ops::ControlFlow;
@@ -32,17 +33,6 @@ fn samples(offset: f64) -> Vec<[f64; 4]> {
         }
     }
     all
-}
-
-/// About Gaussian, of variance one: the sum of twelve uniform numbers by SplitMix64 (Steele, Lea, Flood 2014).
-fn gaussian(counter: u64) -> f64 {
-    let uniform = |k: u64| {
-        let mut z = (12 * counter + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    (0..12).map(uniform).sum::<f64>() - 6.0
 }
 
 /// Samples of the truth as a file, each value times 1 + `noise` times a Gaussian number.

@@ -1,12 +1,9 @@
 //! The backward check: what was added first may be needless once the rest is there, as when one effect stood in for another.
 
 use crate::model::Model;
-use crate::select::Addition;
+use crate::select::{Addition, ERRORS};
 use crate::workshop::{Observer, Workshop, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
-
-/// A part whose loss costs less than so many of its standard errors between photos is not missed.
-const ERRORS: f64 = 1.8;
 
 /// Tries to drop each part but the last, and drops what gains less than `least` or no more than chance; returns the model and the names of what it dropped.
 ///

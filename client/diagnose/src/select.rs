@@ -1,4 +1,4 @@
-//! Forward selection, on the photos that are not held out.
+//! Forward selection with a backward check, on the photos that are not held out.
 
 use crate::backward::backward;
 use crate::context::Context;
@@ -20,7 +20,7 @@ pub const FLOOR: f64 = 0.002;
 /// An effect that promises less than this part of [`FLOOR`] beside another is not looked at again.
 const WORTH: f64 = 0.25;
 /// A gain must exceed so many of its standard errors between photos.
-const ERRORS: f64 = 1.8;
+pub const ERRORS: f64 = 1.8;
 /// Or, as the photos of an effect that is strong in some and weak in others scatter by nature, be so many times what
 /// matters, with this part of the photos better predicted.
 const LARGE: f64 = 4.0;

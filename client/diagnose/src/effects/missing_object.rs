@@ -69,11 +69,11 @@ pub const EFFECT: Effect = Effect {
             let number = |key: &str| format!("object.{name}.{key}");
             let presence = number("presence");
             let colour = rgb(&format!("material.{name}.base_color"));
-            let wall = |channel: usize, albedo: f64| {
+            let coloured = |channel: usize, albedo: f64| {
                 let start = Direction::of(presence.clone(), 0.0, 3.0).by_step(1.0).in_channel(channel);
                 colour.iter().fold(start, |d, c| d.with(c.clone(), 0.5, albedo))
             };
-            let directions = (0..3).flat_map(|channel| [wall(channel, 0.0), wall(channel, 1.0)]).collect();
+            let directions = (0..3).flat_map(|channel| [coloured(channel, 0.0), coloured(channel, 1.0)]).collect();
             let mut variant =
                 Variant::of(format!("at {:.0} degrees, {distance:.3} m", azimuth.to_degrees()), directions)
                     .adding(Structure::Object(Box::new((object, material)), BOX));

@@ -124,6 +124,26 @@ fn bits(done: &Diagnosed) -> Vec<(String, u64)> {
     all
 }
 
+/// The coordinator and the workers are processes of their own.
+#[cfg(unix)]
+#[test]
+fn a_remote_farm_comes_to_the_same_diagnosis_to_the_last_bit() {
+    let options = only(&["vignetting", "black-level"]);
+    let Hidden { files, .. } = hide(&[("vignetting", 1.0)], 3, SAMPLES);
+    let embedded = diagnose(&files, &options);
+    let cluster = gonio_tests::cluster::Cluster::start(2);
+    let remote = diagnosed(&Farm::connect(&cluster.url).unwrap(), &files, &options).unwrap();
+    assert_eq!(named(&embedded.diagnosis), [["vignetting".to_owned()]]);
+    // All but how long it took.
+    let json = |done: &Diagnosed| {
+        let mut d = done.diagnosis.clone();
+        (d.seconds, d.base.seconds, d.last.seconds) = (0.0, 0.0, 0.0);
+        serde_json::to_string(&d).unwrap()
+    };
+    assert_eq!(json(&remote), json(&embedded));
+    assert_eq!(bits(&remote), bits(&embedded));
+}
+
 #[test]
 fn photos_that_are_held_out_are_not_looked_at() {
     let options = only(&["vignetting", "black-level", "response-gamma"]);

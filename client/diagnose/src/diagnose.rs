@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::result::{Considered, Diagnosis, Finding, FoundParameter, HeldOut, Verdict};
 use crate::score::tail_probability;
 use crate::select::{Addition, Selection, Trial, importance, select};
-use crate::structure::{STRONG, Seen, Structure, structure};
+use crate::structure::{Look, STRONG, Seen, Structure, structure};
 use crate::workshop::{Observer, Workshop, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 use gonio_fit::FitError;
@@ -19,8 +19,10 @@ use std::time::Instant;
 /// A base model that leaves more than this part of its excess over the noise unexplained has not been explained.
 const MOSTLY: f64 = 0.5;
 
-/// Chi-square per observation of a base model that is no noise, whatever it depends on.
-const MISFIT: f64 = 1.5;
+/// Chi-square per observation of a base model that is no noise, whatever it depends on: in captures of another renderer
+/// without any effect it is at most 1.05. Both that with the render's variance in the weights, which a firefly in a
+/// photograph raises, and that of residuals cut at five standard deviations, which the render's noise raises, must exceed it.
+const MISFIT: f64 = 1.2;
 
 /// A diagnosis and what a report shows besides.
 #[derive(Debug, Clone)]
@@ -69,10 +71,10 @@ pub fn diagnose(
     }
     tell(observer, &DiagnoseEvent::Stage { text: "fitting the base model".to_owned() })?;
     let base = Model::fit(&fitted, Vec::new(), Vec::new(), &options.base_fit(), workshop, observer)?;
-    let (structure_before, before) = structure(&base, options, workshop, observer)?;
+    let before = structure(&base, options, workshop, observer)?;
     let selection = select(base, options, workshop, observer)?;
-    let (structure_after, after) = if selection.additions.is_empty() {
-        (structure_before.clone(), before.clone())
+    let after = if selection.additions.is_empty() {
+        before.clone()
     } else {
         structure(&selection.model, options, workshop, observer)?
     };
@@ -81,8 +83,7 @@ pub fn diagnose(
         Err(DiagnoseError::Cancelled) => return Err(DiagnoseError::Cancelled),
         Err(error) => (None, Some(error.to_string())),
     };
-    let left = [&structure_before[..], &structure_after[..]];
-    let mut diagnosis = conclude(whole, &selection, judgement.as_ref(), left, options)?;
+    let mut diagnosis = conclude(whole, &selection, judgement.as_ref(), [&before, &after], options)?;
     diagnosis.seconds = begin.elapsed().as_secs_f64();
     let model = if diagnosis.found.is_empty() { &selection.base } else { &selection.model };
     let capture = with_held_out(model, whole)?;
@@ -94,10 +95,10 @@ pub fn diagnose(
         files,
         base_capture,
         last_capture,
-        before,
-        after,
-        structure_before,
-        structure_after,
+        before: before.seen,
+        after: after.seen,
+        structure_before: before.structures,
+        structure_after: after.structures,
         unjudged,
     })
 }
@@ -106,7 +107,7 @@ fn conclude(
     whole: &Capture,
     selection: &Selection,
     judgement: Option<&Judgement>,
-    left: [&[Structure]; 2],
+    left: [&Look; 2],
     options: &Options,
 ) -> Result<Diagnosis, DiagnoseError> {
     let (base, model) = (&selection.base, &selection.model);
@@ -115,7 +116,7 @@ fn conclude(
     let (before, after) = judgement.map_or((base.fit.fit.reduced_chi_square, model.fit.fit.reduced_chi_square), |j| {
         (j.before.reduced_chi_square, j.after.reduced_chi_square)
     });
-    let strong = |left: &[Structure]| left.first().filter(|s| s.strength > STRONG).cloned();
+    let strong = |left: &Look| left.structures.first().filter(|s| s.strength > STRONG).cloned();
     let mut strongest = strong(left[1]);
     let mut why_not = None;
     if measured::alone(&base.capture) {
@@ -140,9 +141,9 @@ fn conclude(
             }
         }
     }
-    if found.is_empty() && strongest.is_none() && base.fit.fit.reduced_chi_square > MISFIT {
+    if found.is_empty() && strongest.is_none() && base.fit.fit.reduced_chi_square.min(left[0].cut_chi_square) > MISFIT {
         // No covariate that we know carries it, but noise it is not.
-        strongest = left[0].first().cloned();
+        strongest = left[0].structures.first().cloned();
     }
     let verdict = match (&found[..], &strongest) {
         ([_, ..], _) => Verdict::Named,

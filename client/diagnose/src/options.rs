@@ -107,12 +107,13 @@ impl Options {
         }
     }
 
-    /// How the extended model is fitted in the end, from its own optimum at fewer samples.
-    pub(crate) fn last_fit(&self) -> gonio_fit::Options {
+    /// How the extended model is fitted in the end, from its own optimum at fewer samples. Where a place was `searched`, the
+    /// search has come near its optimum, and every step is dear.
+    pub(crate) fn last_fit(&self, searched: bool) -> gonio_fit::Options {
         gonio_fit::Options {
             min_samples: self.search_samples(),
-            difference_samples: self.search_samples().min(16),
-            max_iterations: Some(12),
+            difference_samples: self.search_samples().min(if searched { 4 } else { 16 }),
+            max_iterations: Some(if searched { 5 } else { 12 }),
             tolerance: 0.1,
             ..self.base_fit()
         }

@@ -19,8 +19,9 @@ use std::collections::BTreeSet;
 pub const FLOOR: f64 = 0.002;
 /// An effect that promises less than this part of [`FLOOR`] beside another is not looked at again.
 const WORTH: f64 = 0.25;
-/// A gain must exceed so many of its standard errors between photos.
-pub const ERRORS: f64 = 1.8;
+/// A gain must exceed so many of its standard errors between photos: one photo alone that gains is one of them, two of six
+/// alike are 1.58. Chance has no part in it, [`FLOOR`] sees to that; a mishap of one photo has.
+pub const ERRORS: f64 = 1.45;
 /// Or, as the photos of an effect that is strong in some and weak in others scatter by nature, be so many times what
 /// matters, with this part of the photos better predicted.
 const LARGE: f64 = 4.0;
@@ -126,7 +127,14 @@ pub fn select(
     }
     if !additions.is_empty() {
         tell(observer, &DiagnoseEvent::Stage { text: "fitting the extended model".to_owned() })?;
-        model = Model::fit(&model.capture, model.files, model.parts, &options.last_fit(), workshop, observer)?;
+        let freed: Vec<String> = model.parts.iter().flat_map(|part| part.variant.free.clone()).collect();
+        for name in freed {
+            if !model.capture.fit.parameters.contains(&name) {
+                model.capture.fit.parameters.push(name);
+            }
+        }
+        let last = options.last_fit(model.parts.iter().any(|part| !part.variant.search.is_empty()));
+        model = Model::fit(&model.capture, model.files, model.parts, &last, workshop, observer)?;
     }
     Ok(Selection { base, model, additions, trials })
 }

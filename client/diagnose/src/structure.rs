@@ -47,7 +47,19 @@ pub struct Seen {
     pub pairs: Vec<Pair>,
 }
 
-/// Renders the fitted photos at a model and returns every covariate's strength, strongest first, with what was seen.
+/// The fitted photos beside their renders.
+#[derive(Debug, Clone)]
+pub struct Look {
+    /// What each covariate explains, strongest first.
+    pub structures: Vec<Structure>,
+    /// What was seen.
+    pub seen: Vec<Seen>,
+    /// Mean square of the residuals in standard deviations of the sensor, each cut as for the structure: what fireflies
+    /// cannot raise, but the render's noise does.
+    pub cut_chi_square: f64,
+}
+
+/// Renders the fitted photos at a model and says what is left.
 ///
 /// # Errors
 /// A photograph that cannot be read, a farm that fails, a cancellation.
@@ -56,7 +68,7 @@ pub fn structure(
     options: &Options,
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,
-) -> Result<(Vec<Structure>, Vec<Seen>), DiagnoseError> {
+) -> Result<Look, DiagnoseError> {
     tell(observer, &DiagnoseEvent::Stage { text: "looking at what is left".to_owned() })?;
     let capture = &model.capture;
     let mut farm = workshop.open(capture, &model.files)?;
@@ -90,7 +102,9 @@ pub fn structure(
     let explained = |(i, name): (usize, &&str)| explained(&all, i, name, cut);
     let mut found: Vec<Structure> = COVARIATES.iter().enumerate().map(explained).collect();
     found.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-    Ok((found, seen))
+    let cut_squares = all.iter().flat_map(|p| p.residual).map(|r| r.clamp(-cut, cut).powi(2)).sum::<f64>();
+    let cut_chi_square = cut_squares / (3.0 * all.len() as f64).max(1.0);
+    Ok(Look { structures: found, seen, cut_chi_square })
 }
 
 /// Root of the mean squared residual.

@@ -6,6 +6,7 @@
 #![allow(clippy::disallowed_methods)]
 
 mod broken;
+mod browser;
 mod check;
 mod fit;
 mod fixture;

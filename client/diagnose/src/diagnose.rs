@@ -1,6 +1,6 @@
 //! A diagnosis from end to end.
 
-use crate::effects::Effect;
+use crate::effects::{Effect, Variant};
 use crate::judge::{Judgement, judge, with_held_out};
 use crate::measured;
 use crate::model::Model;
@@ -69,6 +69,9 @@ pub fn diagnose(
     if fitted.targets().next().is_none() {
         return Err(FitError::NoFitPhotos.into());
     }
+    let pixels =
+        fitted.photos.iter().map(|p| fitted.camera_of(p)).map(|c| u64::from(c.width) * u64::from(c.height)).sum();
+    let options = &options.shared_among(pixels);
     tell(observer, &DiagnoseEvent::Stage { text: "fitting the base model".to_owned() })?;
     let base = Model::fit(&fitted, Vec::new(), Vec::new(), &options.base_fit(), workshop, observer)?;
     let before = structure(&base, options, workshop, observer)?;
@@ -189,7 +192,7 @@ fn findings(selection: &Selection, judgement: Option<&Judgement>) -> Result<Vec<
                     name: e.name.clone(),
                     value: e.value,
                     standard_error: e.standard_error,
-                    null: part.variant.directions.iter().find(|d| d.name == e.name).map(|d| d.null),
+                    null: null(&part.variant, &e.name),
                 })
                 .collect();
             Finding {
@@ -202,6 +205,11 @@ fn findings(selection: &Selection, judgement: Option<&Judgement>) -> Result<Vec<
             }
         })
         .collect())
+}
+
+fn null(variant: &Variant, name: &str) -> Option<f64> {
+    let scored = variant.directions.iter().find(|d| d.name == name).map(|d| d.null);
+    scored.or_else(|| variant.finer.iter().any(|n| n == name).then_some(0.0))
 }
 
 /// The set's names, without rivals that were found on their own.

@@ -3,14 +3,23 @@
 use crate::DiagnoseError;
 use crate::effects::{CATALOGUE, Effect};
 
+/// Samples of all fitted photos' pixels in one evaluation, more or less at most.
+const MOST_SAMPLES: u64 = 16_000_000;
+/// Samples per pixel of the score pass' finite differences, one of each half: a column's noise is no error of its score,
+/// which only the residual's is.
+pub(crate) const SCORE_DIFFERENCES: u32 = 2;
+/// Samples per pixel, however many pixels there are.
+const FEWEST_SAMPLES: u32 = 8;
+
 /// Options of [`crate::diagnose`].
 #[derive(Debug, Clone)]
 pub struct Options {
     /// Seed of every random number.
     pub seed: u64,
-    /// Most samples per pixel of a fit's iterations, and of the score pass; even.
+    /// Most samples per pixel of a fit's iterations, and of the score pass; even. Captures of more than a quarter of a million
+    /// pixels take fewer, at least 8.
     pub samples: u32,
-    /// Samples per pixel of finite differences in fits; even. The score pass, which has many more of them, takes half.
+    /// Samples per pixel of finite differences in fits; even. The score pass, which has many more of them, takes 2.
     pub difference_samples: u32,
     /// Smallest gain of interest: part of the base model's held-out chi-square above the noise floor.
     pub smallest_gain: f64,
@@ -73,15 +82,16 @@ impl Options {
         Ok(CATALOGUE.iter().filter(|e| !self.without.iter().any(|n| n == e.name)).copied().collect())
     }
 
+    /// The same with fewer samples where the photos to be fitted have so many pixels that these take over what more samples would
+    /// do: a sum over ten times the pixels has a tenth of the variance. Up to a quarter of a million pixels stay as they are.
+    pub(crate) fn shared_among(&self, pixels: u64) -> Self {
+        let samples = (MOST_SAMPLES / pixels.max(1) / 2 * 2).max(u64::from(FEWEST_SAMPLES));
+        Self { samples: u32::try_from(samples).map_or(self.samples, |s| s.min(self.samples)), ..self.clone() }
+    }
+
     /// Samples per pixel of score passes and of the fits that are compared with each other.
     pub(crate) fn search_samples(&self) -> u32 {
         self.samples.min(32)
-    }
-
-    /// Samples per pixel of the score pass' finite differences: a column's noise is no error of its score, which only the
-    /// residual's is.
-    pub(crate) fn score_differences(&self) -> u32 {
-        (self.difference_samples / 4 * 2).max(2)
     }
 
     /// How the base is fitted: from its first guesses.
@@ -117,5 +127,18 @@ impl Options {
             tolerance: 0.1,
             ..self.base_fit()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_pixels_share_the_samples() {
+        let of = |pixels| Options::default().shared_among(pixels).samples;
+        assert_eq!([of(0), of(8 * 160 * 120), of(250_000)], [64; 3]);
+        assert_eq!([of(9 * 512 * 340), of(u64::MAX)], [10, 8]);
+        assert_eq!(Options { samples: 4, ..Options::default() }.shared_among(1 << 40).samples, 4);
     }
 }

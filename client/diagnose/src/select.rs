@@ -5,6 +5,7 @@ use crate::context::Context;
 use crate::effects::Effect;
 use crate::measured::{self, Beside};
 use crate::model::Model;
+use crate::options::SCORE_DIFFERENCES;
 use crate::overlay::Overlay;
 use crate::probe::{Candidate, Probe};
 use crate::refit::refit;
@@ -281,7 +282,7 @@ fn rank(
         columns: probe.columns.clone(),
         photos: (0..probe.capture.targets().count()).collect(),
         samples: options.search_samples(),
-        difference_samples: options.score_differences(),
+        difference_samples: SCORE_DIFFERENCES,
         // The refits' seed: their deviances are compared with this one's, so that both see the same render noise.
         seed: options.seed,
         output: Output::Statistics,
@@ -299,8 +300,16 @@ fn rank(
 fn trial(effect: &'static Effect, ranking: &Ranking) -> Trial {
     let score = ranking.best.iter().find(|s| ranking.candidate(s).effect.name == effect.name);
     let first = score.map(|s| {
-        let directions = &ranking.candidate(s).variant.directions;
-        (s.clone(), directions.iter().zip(&s.change).map(|(d, c)| (d.name.clone(), *c)).collect())
+        let mut changes: Vec<(String, f64)> = Vec::new();
+        for (direction, change) in ranking.candidate(s).variant.directions.iter().zip(&s.change) {
+            // A number that is scored in each channel by itself changes by the channels' mean.
+            let change = if direction.channel.is_some() { change / 3.0 } else { *change };
+            match changes.iter_mut().find(|(name, _)| *name == direction.name) {
+                Some((_, sum)) => *sum += change,
+                None => changes.push((direction.name.clone(), change)),
+            }
+        }
+        (s.clone(), changes)
     });
     let why = if first.is_none() { "the capture has nothing that it could act on" } else { "promises too little" };
     Trial { effect, first, refused_because: Some(why.to_owned()) }

@@ -1,6 +1,6 @@
 //! The basis in which a material varies over its object: products of cosines over the bounding box.
 //!
-//! `cos(pi i x) cos(pi j y) cos(pi k z)` with `1 <= i + j + k <= 3`, in order of their degree, then i, j, k descending. On
+//! `cos(pi i x) cos(pi j y) cos(pi k z)` with `1 <= i + j + k <= 4`, in order of their degree, then i, j, k descending. On
 //! the box they are orthogonal and flat at its sides.
 
 use glam::Vec3;
@@ -11,7 +11,7 @@ use std::f32::consts::PI;
 const DEGREES: [[usize; 3]; VARIATIONS] = {
     let mut all = [[0; 3]; VARIATIONS];
     let (mut n, mut degree) = (0, 1);
-    while degree <= 3 {
+    while degree <= 4 {
         let mut i = degree + 1;
         while i > 0 {
             i -= 1;
@@ -27,10 +27,10 @@ const DEGREES: [[usize; 3]; VARIATIONS] = {
     all
 };
 
-/// cos(pi i x) for i from 0 to 3 along one axis, and its derivatives by x.
+/// cos(pi i x) for i from 0 to 4 along one axis, and its derivatives by x.
 struct Axis {
-    value: [f32; 4],
-    slope: [f32; 4],
+    value: [f32; 5],
+    slope: [f32; 5],
 }
 
 impl Axis {
@@ -39,7 +39,9 @@ impl Axis {
         // Chebyshev's recurrences.
         let (c2, s2) = (2.0 * c * c - 1.0, 2.0 * s * c);
         let (c3, s3) = (2.0 * c * c2 - c, 2.0 * c * s2 - s);
-        Self { value: [1.0, c, c2, c3], slope: [0.0, -PI * s, -2.0 * PI * s2, -3.0 * PI * s3] }
+        let (c4, s4) = (2.0 * c2 * c2 - 1.0, 2.0 * s2 * c2);
+        let slope = [0.0, -PI * s, -2.0 * PI * s2, -3.0 * PI * s3, -4.0 * PI * s4];
+        Self { value: [1.0, c, c2, c3, c4], slope }
     }
 }
 
@@ -68,7 +70,7 @@ mod tests {
     fn the_order_is_by_degree_then_descending() {
         let first = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [2, 0, 0], [1, 1, 0], [1, 0, 1], [0, 2, 0], [0, 1, 1], [0, 0, 2]];
         assert_eq!(DEGREES[..9], first);
-        assert_eq!((DEGREES[9], DEGREES[18]), ([3, 0, 0], [0, 0, 3]));
+        assert_eq!((DEGREES[9], DEGREES[18], DEGREES[33]), ([3, 0, 0], [0, 0, 3], [0, 0, 4]));
     }
 
     #[test]

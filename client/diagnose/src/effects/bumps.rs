@@ -2,7 +2,7 @@
 //!
 //! The height is a sum of cosine products over the object's box (`bump`, see the format), in units of its diagonal.
 
-use super::{Direction, Effect, Family, Variant, surface_basis};
+use super::{Effect, Family, over_the_surface};
 
 /// The catalogue's entry.
 pub const EFFECT: Effect = Effect {
@@ -11,8 +11,5 @@ pub const EFFECT: Effect = Effect {
     looks: "changes sign with the light's side",
     looks_like: &["roughness-variation", "pose-error"],
     separate_by: "light the part from three sides",
-    variants: |context| {
-        let basis = |name: &str| surface_basis(name, "bump").map(|n| Direction::of(n, 0.0, 0.2)).collect();
-        context.plastics().map(|(name, _)| Variant::of(name, basis(name))).collect()
-    },
+    variants: |context| context.plastics().map(|(name, _)| over_the_surface(name, "bump", 0.2)).collect(),
 };

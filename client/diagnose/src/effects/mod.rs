@@ -32,6 +32,7 @@ mod vignetting;
 
 use crate::context::Context;
 use gonio_scene::Capture;
+use gonio_scene::capture::VARIATIONS;
 
 /// Every effect that a diagnosis considers, by family.
 pub const CATALOGUE: [&Effect; 26] = [
@@ -108,6 +109,8 @@ pub struct Variant {
     pub directions: Vec<Direction>,
     /// Names that a refit frees.
     pub free: Vec<String>,
+    /// Among them finer coefficients of what the directions begin, 0 at the null, that no score sees.
+    pub finer: Vec<String>,
     /// Colours among them that keep their ratio.
     pub gray: Vec<String>,
     /// Numbers to be found by a pattern search before the refit, with their first step: places, from which a gradient sees
@@ -213,6 +216,7 @@ impl Variant {
             settings: Vec::new(),
             directions,
             free,
+            finer: Vec::new(),
             gray: Vec::new(),
             search: Vec::new(),
             of_photos: false,
@@ -299,9 +303,14 @@ fn xyz(name: &str) -> [String; 3] {
     ["x", "y", "z"].map(|c| format!("{name}.{c}"))
 }
 
-/// The names of a material's coefficients over the object's box.
-fn surface_basis(material: &str, key: &str) -> impl Iterator<Item = String> {
-    (0..19).map(move |k| format!("material.{material}.{key}.{k}"))
+/// Coefficients over an object's box that are scored: those of degree 3 and below.
+const SCORED: usize = 19;
+
+/// A material that varies over its object: scored in the coarsest patterns, fitted with all.
+fn over_the_surface(material: &str, key: &str, most: f64) -> Variant {
+    let names: Vec<String> = (0..VARIATIONS).map(|k| format!("material.{material}.{key}.{k}")).collect();
+    let directions = names[..SCORED].iter().map(|n| Direction::of(n.clone(), 0.0, most)).collect();
+    Variant { finer: names[SCORED..].to_vec(), free: names, ..Variant::of(material, directions) }
 }
 
 #[cfg(test)]

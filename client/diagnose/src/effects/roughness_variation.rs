@@ -2,7 +2,7 @@
 //!
 //! roughness times exp of a sum of cosine products over the object's box (`roughness_variation`, see the format).
 
-use super::{Direction, Effect, Family, Variant, surface_basis};
+use super::{Effect, Family, over_the_surface};
 
 /// The catalogue's entry.
 pub const EFFECT: Effect = Effect {
@@ -12,8 +12,6 @@ pub const EFFECT: Effect = Effect {
     looks_like: &["bumps"],
     separate_by: "light the part from three sides",
     variants: |context| {
-        let basis =
-            |name: &str| surface_basis(name, "roughness_variation").map(|n| Direction::of(n, 0.0, 1.0)).collect();
-        context.plastics().map(|(name, _)| Variant::of(name, basis(name))).collect()
+        context.plastics().map(|(name, _)| over_the_surface(name, "roughness_variation", 1.0)).collect()
     },
 };

@@ -5,11 +5,13 @@ use super::visit::{Numbers, Range, Visitor, colour};
 use crate::Result;
 
 /// Products of cosines over an object's bounding box that vary its colour, roughness and height.
-pub const VARIATIONS: usize = 19;
+pub const VARIATIONS: usize = 34;
 
 /// The dotted suffixes of a variation's numbers.
-pub const VARIATION: [&str; VARIATIONS] =
-    ["0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12", "13", "14", "15", "16", "17", "18"];
+pub const VARIATION: [&str; VARIATIONS] = [
+    "0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12", "13", "14", "15", "16", "17", "18", "19", "20",
+    "21", "22", "23", "24", "25", "26", "27", "28", "29", "30", "31", "32", "33",
+];
 
 /// The step of the derivative by a number that acts through its square, at the number's null value.
 ///

@@ -119,6 +119,7 @@ fn conclude(
     let (before, after) = judgement.map_or((base.fit.fit.reduced_chi_square, model.fit.fit.reduced_chi_square), |j| {
         (j.before.reduced_chi_square, j.after.reduced_chi_square)
     });
+    let misfit = |left: &Look| base.fit.fit.reduced_chi_square.min(left.cut_chi_square);
     let strong = |left: &Look| left.structures.first().filter(|s| s.strength > STRONG).cloned();
     let mut strongest = strong(left[1]);
     let mut why_not = None;
@@ -127,7 +128,10 @@ fn conclude(
     } else if !selection.additions.is_empty() {
         if judgement.is_some_and(|j| j.log_density_gain <= 0.0) {
             why_not = Some("does not predict the held-out photos better".to_owned());
-        } else if whole.reflectance.is_empty() && strongest.is_some() && excess(after) > MOSTLY * excess(before) {
+        } else if whole.reflectance.is_empty()
+            && (strongest.is_some() || misfit(left[0]) > MISFIT)
+            && excess(after) > MOSTLY * excess(before)
+        {
             why_not = Some("leaves most of the misfit unexplained".to_owned());
         }
     }
@@ -144,7 +148,7 @@ fn conclude(
             }
         }
     }
-    if found.is_empty() && strongest.is_none() && base.fit.fit.reduced_chi_square.min(left[0].cut_chi_square) > MISFIT {
+    if found.is_empty() && strongest.is_none() && misfit(left[0]) > MISFIT {
         // No covariate that we know carries it, but noise it is not.
         strongest = left[0].structures.first().cloned();
     }

@@ -13,6 +13,10 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// candidate explains is what its fit, judged by other photos in its turn, is hoped to keep.
 pub const HOPE: f64 = 0.5;
 
+/// Where one photo alone knows a direction (a shadow that a moved lamp moves), the others' prediction of it goes astray: if the
+/// error of what photos left out gain is beyond this part of what the fitted ones do, it decides nothing, and a fit has to.
+const UNDECIDED: f64 = 0.5;
+
 /// So many directions are many.
 const MANY: usize = 10;
 
@@ -74,8 +78,11 @@ fn score(
     let score = (-projected.change(&raw)).max(0.0) / dispersion;
     let gains: Vec<f64> = (0..each.len()).map(|out| left_out(&each, &total, out, own, candidate)).collect();
     let (cross_gain, cross_error) = per_observation(&gains, observations);
-    let hopeful = !candidate.variant.search.is_empty() || candidate.variant.directions.len() >= MANY;
-    let hope = if hopeful { HOPE * score * dispersion / (observations as f64).max(1.0) } else { 0.0 };
+    let explained = score * dispersion / (observations as f64).max(1.0);
+    let hopeful = !candidate.variant.search.is_empty()
+        || candidate.variant.directions.len() >= MANY
+        || cross_error > UNDECIDED * explained;
+    let hope = if hopeful { HOPE * explained } else { 0.0 };
     let change = raw.iter().zip(&candidate.variant.directions).map(|(x, d)| physical(*x, d.power)).collect();
     Some(Score {
         candidate: index,

@@ -28,6 +28,8 @@ pub const ERRORS: f64 = 1.45;
 const LARGE: f64 = 4.0;
 /// See [`LARGE`].
 const MAJORITY: f64 = 0.66;
+/// Where a fitted effect leaves less than this part of the misfit above the noise, no place is searched for another.
+const ENOUGH: f64 = 0.1;
 /// A rival that reaches this part of the best's gain, or all but this many standard errors of the difference, is not
 /// rejected.
 const RIVAL: f64 = 0.93;
@@ -176,7 +178,11 @@ fn fit_shortlist<'r>(
     observer: &mut Observer<'_>,
 ) -> Result<Vec<Fitted<'r>>, DiagnoseError> {
     let mut fitted: Vec<Fitted<'r>> = Vec::new();
-    for score in short {
+    let searched = |score: &Score| !ranking.candidate(score).variant.search.is_empty();
+    let excess = |model: &Model| (model.reduced_chi_square() - 1.0).max(0.0);
+    // A search is dear: who needs none comes first.
+    let (later, first): (Vec<&Score>, Vec<&Score>) = short.iter().partition(|s| searched(s));
+    for score in first.into_iter().chain(later) {
         // One that promises far less than the best already delivers need not be tried.
         let best = fitted.iter().map(|f| f.gain).fold(0.0, f64::max);
         if score.promise < 0.25 * best {
@@ -184,6 +190,10 @@ fn fit_shortlist<'r>(
         }
         let candidate = ranking.candidate(score);
         let (effect, variant) = (candidate.effect, &candidate.variant);
+        if searched(score) && fitted.iter().any(|f| excess(&f.model) < ENOUGH * excess(model)) {
+            refuse(trials, effect.name, "its place was not searched, as another effect that has none explains what there is");
+            continue;
+        }
         tell(observer, &DiagnoseEvent::Stage { text: format!("fitting {} {}", effect.name, variant.label) })?;
         let there = match refit(model, candidate, score, &options.refit(), workshop, observer) {
             Ok(Some(there)) => there,

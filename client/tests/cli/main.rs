@@ -11,3 +11,4 @@ mod fit;
 mod fixture;
 mod interrupt;
 mod render;
+mod sweep;

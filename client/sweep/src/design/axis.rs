@@ -1,7 +1,7 @@
 //! Axes: one dotted name and the values that it takes.
 
 use crate::keys::Keys;
-use gonio_scene::capture::{Capture, Range, Sensor};
+use gonio_scene::capture::{Capture, Range, Sensor, unknown_key_mend};
 use gonio_scene::{Result, SceneError};
 use toml::Value;
 
@@ -168,9 +168,13 @@ pub(crate) fn numbers_of(capture: &Capture, name: &str) -> std::result::Result<V
         let problem = format!("is {name}, which changes no render");
         return Err(NoName { problem, mend: "vary what is rendered".to_owned() });
     }
-    let parameters = capture.parameters(&[name.to_owned()], &[]);
-    let parameters =
-        parameters.map_err(|e| NoName { problem: format!("is {name}, no number of the capture"), mend: e.mend })?;
+    let parameters = capture.parameters(&[name.to_owned()], &[]).map_err(|error| {
+        let known = capture.numbers();
+        // Without a likely one, the capture's own words: all of its names would be hundreds.
+        let mend = Some(unknown_key_mend(name, known.keys().map(String::as_str)));
+        let mend = mend.filter(|mend| mend.starts_with("did you mean")).unwrap_or(error.mend);
+        NoName { problem: format!("is {name}, no number of the capture"), mend }
+    })?;
     Ok(parameters.into_iter().map(|p| (p.name, p.range)).collect())
 }
 

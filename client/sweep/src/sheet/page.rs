@@ -48,9 +48,9 @@ pub(super) fn write(
             .collect();
         let view = escaped(plan.capture.photos.get(at.photo).map_or("", |photo| photo.name()));
         let mut caption = format!("{frame}: {view} {}", links.join(" "));
-        for (name, value) in plan.names.iter().zip(&plan.points[at.point]).take(SHOWN) {
+        for (name, value) in values(&plan.names, &plan.points[at.point]).into_iter().take(SHOWN) {
             // Writing to a string does not fail.
-            let _ = write!(caption, "<br>{} {}", escaped(short(name)), digits(*value));
+            let _ = write!(caption, "<br>{} {}", escaped(short(name)), digits(value));
         }
         let _ = writeln!(
             page,
@@ -65,7 +65,23 @@ pub(super) fn write(
     page + "</main></body></html>\n"
 }
 
-/// The last three parts of a dotted name: the first says only of what kind it is.
+/// Names and values of a point; channels that have the same value appear once, as their colour.
+fn values<'n>(names: &'n [String], point: &[f64]) -> Vec<(&'n str, f64)> {
+    let colour = |name: &'n String| name.rsplit_once('.').map_or(name.as_str(), |(colour, _)| colour);
+    let mut values = Vec::new();
+    let mut i = 0;
+    while let (Some(name), Some(value)) = (names.get(i), point.get(i)) {
+        let alike = |k: usize| {
+            names.get(k).map(colour) == Some(colour(name)) && point.get(k).map(|v| v.to_bits()) == Some(value.to_bits())
+        };
+        let gray = name.ends_with(".r") && alike(i + 1) && alike(i + 2);
+        values.push((if gray { colour(name) } else { name.as_str() }, *value));
+        i += if gray { 3 } else { 1 };
+    }
+    values
+}
+
+/// A dotted name without its first part, which says only of what kind it is.
 fn short(name: &str) -> &str {
     name.split_once('.').map_or(name, |(_, rest)| rest)
 }
@@ -82,4 +98,27 @@ fn digits(x: f64) -> String {
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gray_colours_are_one_value() {
+        let names = ["light.led.intensity.r", "light.led.intensity.g", "light.led.intensity.b", "material.a.ior"];
+        let names = names.map(str::to_owned);
+        let gray = values(&names, &[0.2, 0.2, 0.2, 1.5]);
+        assert_eq!(gray, [("light.led.intensity", 0.2), ("material.a.ior", 1.5)]);
+        assert_eq!(values(&names, &[0.2, 0.2, 0.3, 1.5]).len(), 4);
+        assert_eq!(values(&names[..1], &[0.2]), [("light.led.intensity.r", 0.2)]);
+    }
+
+    #[test]
+    fn captions_are_short() {
+        assert_eq!(["0.5", "0.1235", "1e6"].map(|x| digits(x.parse().unwrap())), ["0.5", "0.1235", "1.000e6"]);
+        assert_eq!(digits(0.0), "0");
+        assert_eq!(short("material.shell.roughness"), "shell.roughness");
+        assert_eq!(escaped("<a&\"b\">"), "&lt;a&amp;&quot;b&quot;&gt;");
+    }
 }

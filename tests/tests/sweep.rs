@@ -4,7 +4,7 @@
 #![cfg(unix)]
 
 use gonio_tests::captures;
-use gonio_tests::cluster::{Cluster, PROGRAMS, Process, command};
+use gonio_tests::cluster::{Cluster, PROGRAMS, Process};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -82,8 +82,8 @@ fn a_sweep_has_the_same_tables_however_it_is_farmed() {
         // The old one is killed before the new one takes its address.
         cluster.coordinator = Process::spawn(&mut Command::new("true"));
         let address = cluster.url.strip_prefix("http://").unwrap().to_owned();
-        cluster.coordinator =
-            Process::spawn(&mut command("gonio-coordinator", &["--listen", &address, "--store", "memory://"]));
+        let arguments = ["--listen", &address, "--store", "memory://"];
+        cluster.coordinator = Process::start("gonio-coordinator", &arguments);
     }
     let output = child.wait_with_output().unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);

@@ -10,7 +10,8 @@ Exit codes:
   0    done; a fit that ran out of iterations says so in its warnings and in fit.json (\"converged\")
   1    the farm or the machine failed: another try may succeed
   2    bad input or usage: the message names the file, the key and the mend
-  130  interrupted: what a fit had reached is kept, and `gonio fit --resume` continues it
+  130  interrupted: what a fit had reached is kept, and `gonio fit --resume` continues it; a sweep keeps its frames, and \
+the same command renders the others
 
 CAPTURE is a capture's folder or its capture.toml. Results go to stdout, progress and errors to stderr. With --json, \
 stdout is one JSON object and stderr one JSON event per line. RUST_LOG=info shows what the farm logs.";
@@ -36,6 +37,9 @@ pub enum Command {
     /// Show what the simulation of a capture gets wrong: name the cause, extend the model, measure the gain
     #[command(after_help = EXIT_CODES)]
     Diagnose(DiagnoseArguments),
+    /// Render a capture at many values of its numbers, from many views, into a folder or bucket with a table
+    #[command(after_help = EXIT_CODES)]
+    Sweep(SweepArguments),
     /// Validate a capture and everything that it names, and summarise it
     #[command(after_help = EXIT_CODES)]
     Check(CheckArguments),
@@ -140,6 +144,26 @@ pub struct DiagnoseArguments {
     /// Effects to leave out of the catalogue, such as defocus,bumps
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub without: Vec<String>,
+    /// Where to render.
+    #[command(flatten)]
+    pub farm: FarmArguments,
+}
+
+/// `gonio sweep`.
+#[derive(Debug, Args)]
+pub struct SweepArguments {
+    /// The sweep's file: which capture, which numbers, which views, what to write
+    #[arg(value_name = "SWEEP.toml")]
+    pub sweep: PathBuf,
+    /// Folder, or s3://BUCKET/PREFIX, to write frames and tables to; frames that are there already are not rendered again
+    #[arg(long, value_name = "DIR|URL")]
+    pub out: String,
+    /// Say how many frames there are, how large, and for about how long they render; write nothing
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Evaluations under way at once, for a farm of many machines twice its threads; absent, 16, or fewer of large frames
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub in_flight: Option<u16>,
     /// Where to render.
     #[command(flatten)]
     pub farm: FarmArguments,

@@ -20,6 +20,7 @@ fn main() -> ExitCode {
         Command::Render(arguments) => (commands::render::run(&arguments), arguments.farm.json),
         Command::Fit(arguments) => (commands::fit::run(&arguments), arguments.farm.json),
         Command::Diagnose(arguments) => (commands::diagnose::run(&arguments), arguments.farm.json),
+        Command::Sweep(arguments) => (commands::sweep::run(&arguments), arguments.farm.json),
         Command::Check(arguments) => (commands::check::run(&arguments), arguments.json),
     };
     match result {

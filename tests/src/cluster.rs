@@ -17,8 +17,8 @@ pub static PROGRAMS: LazyLock<PathBuf> = LazyLock::new(|| {
     let folder = test.ancestors().nth(2).unwrap().to_owned();
     let release = folder.ends_with("release");
     let built = Command::new(env!("CARGO"))
-        .args(["build", "--quiet", "--bin", "gonio-coordinator", "--bin", "gonio-worker"])
-        .args(cfg!(feature = "s3").then_some("--features=gonio-coordinator/s3,gonio-worker/s3"))
+        .args(["build", "--quiet", "--bin", "gonio", "--bin", "gonio-coordinator", "--bin", "gonio-worker"])
+        .args(cfg!(feature = "s3").then_some("--features=gonio/s3,gonio-coordinator/s3,gonio-worker/s3"))
         .args(release.then_some("--release"))
         .arg("--target-dir")
         .arg(folder.parent().unwrap())

@@ -6,16 +6,29 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Every crate of the workspace with the crates of ours that it may depend on (tests and benchmarks included).
-const MAY_DEPEND_ON: [(&str, &[&str]); 10] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 11] = [
     ("gonio-scene", &[]),
     ("gonio-proto", &["gonio-scene"]),
     ("gonio-store", &["gonio-proto"]),
     ("gonio-tracer", &["gonio-scene"]),
     ("gonio-fit", &["gonio-scene"]),
     ("gonio-diagnose", &["gonio-scene", "gonio-fit"]),
+    ("gonio-sweep", &["gonio-scene"]),
     ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-tracer"]),
     ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store"]),
-    ("gonio", &["gonio-scene", "gonio-proto", "gonio-fit", "gonio-diagnose", "gonio-coordinator", "gonio-worker"]),
+    (
+        "gonio",
+        &[
+            "gonio-scene",
+            "gonio-proto",
+            "gonio-store",
+            "gonio-fit",
+            "gonio-diagnose",
+            "gonio-sweep",
+            "gonio-coordinator",
+            "gonio-worker",
+        ],
+    ),
     (
         "gonio-tests",
         &[
@@ -32,11 +45,12 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 10] = [
 ];
 
 /// Libraries that must not reach a crate, even through others: transport stays out of the domain, the tracer and the fit.
-const NEVER: [(&str, &[&str]); 4] = [
+const NEVER: [(&str, &[&str]); 5] = [
     ("gonio-scene", &["tokio", "tonic", "prost"]),
     ("gonio-tracer", &["tokio", "tonic", "prost"]),
     ("gonio-fit", &["tokio", "tonic", "prost"]),
     ("gonio-diagnose", &["tokio", "tonic", "prost"]),
+    ("gonio-sweep", &["tokio", "tonic", "prost"]),
 ];
 
 fn metadata() -> serde_json::Value {

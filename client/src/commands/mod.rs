@@ -4,6 +4,7 @@ pub mod check;
 pub mod diagnose;
 pub mod fit;
 pub mod render;
+pub mod sweep;
 
 use crate::arguments::FarmArguments;
 use crate::failure::Failure;

@@ -15,7 +15,9 @@ use tonic::{Code, Status};
 /// How often the watcher is asked whether to go on.
 const WATCH: Duration = Duration::from_millis(100);
 
-/// A capture that a farm has. Its evaluations block the calling thread, which must not be a tokio runtime's.
+/// A capture that a farm has. Its evaluations block the calling thread, which must not be a tokio runtime's; clones may
+/// have others under way at the same time.
+#[derive(Clone)]
 pub struct OpenCapture {
     farm: Farm,
     digest: Digest,

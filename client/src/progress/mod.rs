@@ -2,9 +2,11 @@
 
 mod diagnose;
 mod fit;
+mod sweep;
 
 pub use diagnose::DiagnoseConsole;
 pub use fit::FitConsole;
+pub use sweep::SweepConsole;
 
 use crate::output::tell_error;
 use gonio_scene::Progress;
@@ -65,27 +67,36 @@ impl Console {
 
     /// Shows that `position` of `length` parts of the current work are done, and what an evaluation says of itself.
     pub fn advance(&mut self, position: u64, length: u64, progress: &Progress) {
+        let message = self.message(progress);
+        let rate = self.rate(progress);
+        self.show(position, length, &message, || {
+            json!({
+                "event": "progress",
+                "tasks_done": progress.tasks_done,
+                "tasks": progress.tasks,
+                "primary_samples": progress.primary_samples,
+                "samples_per_second": rate,
+                "loss": progress.loss,
+                "loss_standard_error": progress.loss_standard_error,
+                "workers": progress.workers,
+            })
+        });
+    }
+
+    /// Shows that `position` of `length` parts of the current work are done: by a `message` beside the bar, or an `event`,
+    /// which is made only if it is time for one.
+    pub fn show(&mut self, position: u64, length: u64, message: &str, event: impl FnOnce() -> serde_json::Value) {
         match self.mode {
             Mode::Lines => {}
             Mode::Bar => {
                 self.bar.set_length(length);
                 self.bar.set_position(position);
-                self.bar.set_message(self.message(progress));
+                self.bar.set_message(message.to_owned());
             }
             Mode::Json => {
                 if self.written.is_none_or(|last| last.elapsed() >= JSON_INTERVAL) {
                     self.written = Some(Instant::now());
-                    let fields = json!({
-                        "event": "progress",
-                        "tasks_done": progress.tasks_done,
-                        "tasks": progress.tasks,
-                        "primary_samples": progress.primary_samples,
-                        "samples_per_second": self.rate(progress),
-                        "loss": progress.loss,
-                        "loss_standard_error": progress.loss_standard_error,
-                        "workers": progress.workers,
-                    });
-                    tell_error(&fields.to_string());
+                    tell_error(&event().to_string());
                 }
             }
         }
@@ -102,6 +113,13 @@ impl Console {
             Mode::Bar => self.bar.suspend(|| tell_error(text)),
             Mode::Lines => tell_error(text),
             Mode::Json => {}
+        }
+    }
+
+    /// Writes a line for people who see no bar.
+    pub fn plain(&self, text: &str) {
+        if self.mode == Mode::Lines {
+            tell_error(text);
         }
     }
 

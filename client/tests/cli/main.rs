@@ -12,3 +12,4 @@ mod fit;
 mod fixture;
 mod interrupt;
 mod render;
+mod sweep;

@@ -7,7 +7,7 @@ use crate::capture::effects::VARIATION;
 use crate::capture::visit::CROSSTALK;
 use crate::capture::{CAPTURE_FILE, Capture, Range, Sensor};
 use crate::{Result, SceneError};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A number of the capture and how far it moves when its parameter moves by one.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +62,13 @@ impl Capture {
     pub fn set_numbers(&mut self, values: &[(String, f64)]) -> Result<()> {
         let mut left: BTreeMap<&str, f64> = values.iter().map(|(n, v)| (n.as_str(), *v)).collect();
         let mut outside = None;
-        self.for_each_number(&mut |name, number, range| {
+        let named: BTreeSet<&str> = left.keys().copied().collect();
+        let wanted = |section: &str| {
+            let below = |name: &&str| name.strip_prefix(section).is_some_and(|rest| rest.starts_with('.'));
+            // Names that begin with the section's may be another's, whose own begins so too.
+            named.range(section..).take_while(|name| name.starts_with(section)).any(below)
+        };
+        self.for_each_number_in(&wanted, &mut |name, number, range| {
             if let Some(value) = left.remove(name) {
                 if range.holds(value) {
                     *number = value;
@@ -136,7 +142,7 @@ impl Capture {
             )
             .at("fit.gray"));
         }
-        let mut seen = std::collections::BTreeSet::new();
+        let mut seen = BTreeSet::new();
         for number in out.iter().flat_map(|p| &p.terms).map(|t| &t.number) {
             if !seen.insert(number) {
                 return Err(
@@ -201,4 +207,24 @@ fn common_factor(name: &str, parts: &[(&String, f64, Range)]) -> Parameter {
         max: parts.iter().map(|p| p.2.max).fold(f64::MAX, f64::min) / largest,
     };
     Parameter { name: name.to_owned(), value: mean, range, terms, step: None, channel: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::Photo;
+
+    #[test]
+    fn numbers_of_sections_whose_names_begin_alike_are_told_apart() {
+        let photo = |file: &str| Photo { file: file.to_owned(), ..Photo::default() };
+        let mut capture =
+            Capture { photos: vec![photo("a.exr"), photo("a.b.exr"), photo("ab.exr")], ..Capture::default() };
+        let gains = [("photo.a.gain", 2.0), ("photo.a.b.gain", 3.0), ("photo.ab.gain", 4.0), ("camera.fx", 5.0)];
+        capture.set_numbers(&gains.map(|(name, value)| (name.to_owned(), value))).unwrap();
+        assert_eq!(capture.photos.iter().map(|photo| photo.gain).collect::<Vec<_>>(), [2.0, 3.0, 4.0]);
+        assert_eq!(capture.camera.fx, 5.0);
+        for unknown in ["photo.a.gian", "photo.c.gain", "photo", "photo.a", ""] {
+            assert!(capture.set_numbers(&[(unknown.to_owned(), 1.0)]).is_err(), "{unknown}");
+        }
+    }
 }

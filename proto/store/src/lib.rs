@@ -4,9 +4,11 @@
 //! never changed; whoever reads it verifies its digest.
 
 mod error;
+mod objects;
 mod s3;
 
 pub use error::StoreError;
+pub use objects::Objects;
 
 use bytes::Bytes;
 use futures::StreamExt;
@@ -32,14 +34,8 @@ impl Blobs {
     /// # Errors
     /// A URL of no known store, a folder that cannot be made.
     pub fn open(url: &str) -> Result<Self, StoreError> {
-        let problem = |problem: String| StoreError::Url { url: url.to_owned(), problem };
-        match url.split_once("://") {
-            Some(("memory", _)) => Ok(Self::in_memory()),
-            Some(("s3", _)) => s3::open(url).map_err(problem),
-            Some(("file", folder)) => open_folder(folder).map_err(problem),
-            Some((scheme, _)) => Err(problem(format!("is of an unknown kind, {scheme}"))),
-            None => open_folder(url).map_err(problem),
-        }
+        let store = open(url).map_err(|problem| StoreError::Url { url: url.to_owned(), problem })?;
+        Ok(Self::over(url, store))
     }
 
     /// A store that ends with the process.
@@ -128,11 +124,22 @@ impl Blobs {
     }
 }
 
-fn open_folder(folder: &str) -> Result<Blobs, String> {
+/// The store at a URL, or what is wrong with the URL.
+fn open(url: &str) -> Result<Arc<dyn ObjectStore>, String> {
+    match url.split_once("://") {
+        Some(("memory", _)) => Ok(Arc::new(InMemory::new())),
+        Some(("s3", _)) => s3::open(url),
+        Some(("file", folder)) => open_folder(folder),
+        Some((scheme, _)) => Err(format!("is of an unknown kind, {scheme}")),
+        None => open_folder(url),
+    }
+}
+
+fn open_folder(folder: &str) -> Result<Arc<dyn ObjectStore>, String> {
     if folder.is_empty() {
         return Err("names no folder".to_owned());
     }
     std::fs::create_dir_all(folder).map_err(|error| format!("cannot be made: {error}"))?;
     let store = LocalFileSystem::new_with_prefix(folder).map_err(|error| error.to_string())?;
-    Ok(Blobs::over(folder, Arc::new(store)))
+    Ok(Arc::new(store))
 }

@@ -4,7 +4,7 @@
 
 use bytes::Bytes;
 use gonio_proto::Digest;
-use gonio_store::{Blobs, StoreError};
+use gonio_store::{Blobs, Objects, StoreError};
 
 async fn conforms(blobs: &Blobs) {
     for content in [Bytes::new(), Bytes::from_static(b"a blob"), Bytes::from(vec![7; 3 << 20])] {
@@ -72,4 +72,25 @@ fn urls_of_no_store_are_refused() {
     }
     #[cfg(not(feature = "s3"))]
     assert!(Blobs::open("s3://bucket/prefix").unwrap_err().to_string().contains("--features gonio-coordinator/s3"));
+}
+
+#[tokio::test]
+async fn objects_have_names_and_are_replaced_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let objects = Objects::open(folder.path().join("out").to_str().unwrap()).unwrap();
+    assert!(objects.list("frames").await.unwrap().is_empty());
+    for (path, content) in [("frames/ab/1.exr", "one"), ("frames/cd/2.exr", "three"), ("table.csv", "t")] {
+        objects.put(path, Bytes::from_static(content.as_bytes())).await.unwrap();
+    }
+    objects.put("table.csv", Bytes::from_static(b"another")).await.unwrap();
+    assert_eq!(objects.get("table.csv").await.unwrap().unwrap(), "another");
+    assert_eq!(objects.get("absent").await.unwrap(), None);
+    let listed = objects.list("frames").await.unwrap();
+    assert_eq!(
+        listed.into_iter().collect::<Vec<_>>(),
+        [("frames/ab/1.exr".to_owned(), 3), ("frames/cd/2.exr".to_owned(), 5)]
+    );
+    // What a program that was killed leaves is no object.
+    assert_eq!(std::fs::read_dir(folder.path().join("out")).unwrap().count(), 2);
+    assert!(Objects::open("memory://").unwrap_err().contains("end with this process"));
 }

@@ -23,6 +23,7 @@ pub use light::{Frame, Light, LightKind, Lobe};
 pub use material::{Material, Model};
 pub use object::Object;
 pub use photo::{Photo, Role};
+pub use read::{read_section, unknown_key_mend};
 pub use reflectance::Reflectance;
 pub use sensor::{Response, Sensor};
 pub use target::Target;
@@ -32,7 +33,7 @@ pub use visit::Range;
 use crate::files::Files;
 use crate::{Result, SceneError};
 use numbers::Walker;
-use read::{Reader, unknown_key_mend};
+use read::Reader;
 use std::collections::BTreeSet;
 use toml::{Table, Value};
 use visit::Section;
@@ -175,7 +176,19 @@ impl Capture {
     /// # Errors
     /// A section whose values contradict each other, as [`Capture::parse`] would refuse it.
     pub fn for_each_number(&mut self, each: &mut dyn FnMut(&str, &mut f64, Range)) -> Result<()> {
-        let mut walk = |path: String, section: &mut dyn Section| section.describe(&mut Walker { path, each });
+        self.for_each_number_in(&|_| true, each)
+    }
+
+    /// As [`Capture::for_each_number`], of the sections alone whose dotted name `wanted` accepts: a capture may have
+    /// thousands of photos, and naming all of their numbers takes longer than rendering a small one.
+    pub(crate) fn for_each_number_in(
+        &mut self,
+        wanted: &dyn Fn(&str) -> bool,
+        each: &mut dyn FnMut(&str, &mut f64, Range),
+    ) -> Result<()> {
+        let mut walk = |path: String, section: &mut dyn Section| {
+            if wanted(&path) { section.describe(&mut Walker { path, each }) } else { Ok(()) }
+        };
         walk("camera".into(), &mut self.camera)?;
         walk("sensor".into(), &mut self.sensor)?;
         walk("tracing".into(), &mut self.tracing)?;

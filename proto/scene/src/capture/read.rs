@@ -78,8 +78,16 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// Reads `section` from a table of another file, which says `path` of the table in its errors, by the rules of a capture.
+///
+/// # Errors
+/// A key that the section does not have, lacks, or has with another type or outside its bounds.
+pub fn read_section(file: &str, path: &str, table: &Table, section: &mut dyn Section) -> Result<()> {
+    Reader::new(file, path.to_owned(), table).read(section)
+}
+
 /// Proposes the known key that is nearest in spelling, else lists them all.
-pub(super) fn unknown_key_mend<'k>(key: &str, known: impl Iterator<Item = &'k str> + Clone) -> String {
+pub fn unknown_key_mend<'k>(key: &str, known: impl Iterator<Item = &'k str> + Clone) -> String {
     let nearest = known.clone().min_by_key(|k| edit_distance(key, k));
     match nearest {
         Some(k) if edit_distance(key, k) <= 2 => format!("did you mean `{k}`?"),

@@ -1,0 +1,245 @@
+//! `gonio sweep`: many frames, one table.
+//!
+//! A frame is called by the digest of what it is made from, and its files lie below that name: whoever runs a sweep again
+//! finds what is there, in whatever order and by however many runs it came.
+
+mod estimate;
+mod frame;
+mod input;
+mod place;
+mod runner;
+
+use super::farm;
+use crate::arguments::SweepArguments;
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::output::{Output as Folder, tell, to_json};
+use crate::progress::{Console, SweepConsole, count, metric, plural};
+use crate::relocate::relocate;
+use gonio_scene::capture::CAPTURE_FILE;
+use gonio_sweep::{Batch, FrameDigest, Record, Sheet, Table};
+use input::Planned;
+use place::Place;
+use runner::Runner;
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::time::Instant;
+
+const TABLE: [&str; 2] = ["table.csv", "table.parquet"];
+const TIMINGS: &str = "timings.csv";
+const SHEET: [&str; 2] = ["sheet.html", "sheet.png"];
+
+/// Most camera samples of a batch: a few seconds of a core, all of which Ctrl-C may lose.
+const BATCH_SAMPLES: u64 = 1 << 23;
+
+/// Most pixels of frames under way, together.
+const PIXELS: u64 = 1 << 26;
+
+/// Evaluations under way where nobody says otherwise and memory allows.
+const IN_FLIGHT: u64 = 16;
+
+/// What `--json` writes.
+#[derive(Serialize)]
+struct Swept<'a> {
+    sweep: String,
+    capture: &'a str,
+    out: &'a str,
+    points: usize,
+    frames: usize,
+    /// Frames that show different things: no other is rendered.
+    distinct: usize,
+    /// Distinct frames that were there before.
+    finished_before: usize,
+    rendered: usize,
+    /// Most bytes that the frames' files have.
+    bytes_at_most: u64,
+    /// In a dry run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    estimated_seconds: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds: Option<f64>,
+}
+
+/// Renders what is missing, and writes the tables once all is there.
+///
+/// # Errors
+/// A broken sweep or capture, a farm that fails, a place that cannot be written to, Ctrl-C (finished frames stay).
+pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
+    let begin = Instant::now();
+    let note = "stopping and keeping what is done; again to kill";
+    let interrupt = Interrupt::listen(if arguments.farm.json { "" } else { note })?;
+    let planned = Planned::read(&arguments.sweep)?;
+    let Planned { plan, digests, .. } = &planned;
+    let place = Place::open(&arguments.out, arguments.dry_run)?;
+    if let (Some(folder), false) = (place.folder(), arguments.dry_run) {
+        let names = [TABLE[0], TABLE[1], TIMINGS, SHEET[0], SHEET[1], CAPTURE_FILE].map(str::to_owned);
+        Folder::create(&folder, &names, &planned.input.root, &planned.input.capture)?;
+    }
+    let first_of = first_of(digests);
+    let mut console = Console::new(arguments.farm.json);
+    let mut finished = place.listed(&first_of.keys().copied().collect::<Vec<_>>(), &plan.outputs)?;
+    let sheet = Sheet::of(plan);
+    let shown: BTreeSet<FrameDigest> = sheet.frames().iter().map(|frame| digests[*frame]).collect();
+    let keep = |digest: FrameDigest, mut record: Record| {
+        if !shown.contains(&digest) {
+            record.thumbnail.forget();
+        }
+        record
+    };
+    let mut records = if arguments.dry_run { BTreeMap::new() } else { place.records(&finished, &keep)? };
+    if !arguments.dry_run {
+        finished.retain(|digest| records.contains_key(digest));
+    }
+    let mut wanted: Vec<usize> =
+        first_of.iter().filter(|(digest, _)| !finished.contains(digest)).map(|(_, frame)| *frame).collect();
+    wanted.sort_unstable();
+    let samples = |frame: &usize| plan.pixels(&plan.frames[*frame]).saturating_mul(u64::from(plan.samples));
+    let left: u64 = wanted.iter().map(samples).sum();
+    let pixel_bytes: u64 = plan.outputs.iter().map(|output| output.pixel_bytes()).sum();
+    let pixels: u64 = first_of.values().map(|frame| plan.pixels(&plan.frames[*frame])).sum();
+    let mut swept = Swept {
+        sweep: arguments.sweep.display().to_string(),
+        capture: &plan.capture.name,
+        out: place.url(),
+        points: plan.points.len(),
+        frames: plan.frames.len(),
+        distinct: first_of.len(),
+        finished_before: finished.len(),
+        rendered: 0,
+        bytes_at_most: pixels.saturating_mul(pixel_bytes),
+        estimated_seconds: None,
+        seconds: None,
+    };
+    let text = format!(
+        "{} from {}: {} to render, {} there already",
+        plural(swept.frames, "frame"),
+        plural(swept.points, "point"),
+        wanted.len(),
+        swept.finished_before
+    );
+    console.line(&text);
+
+    let batches = plan.batches(&wanted, BATCH_SAMPLES);
+    let in_flight = arguments.in_flight.map_or_else(|| in_flight(plan, &batches), usize::from);
+    if !wanted.is_empty() {
+        let farm = farm(&arguments.farm)?;
+        let open = farm.open(&planned.files)?;
+        let runner = Runner {
+            plan,
+            digests,
+            files: &planned.files,
+            place: &place,
+            farm: &farm,
+            remote: arguments.farm.farm.is_some(),
+            interrupt: &interrupt,
+            stop: AtomicBool::new(false),
+            traced: AtomicU64::new(0),
+        };
+        if arguments.dry_run {
+            swept.estimated_seconds =
+                Some(count(left) / estimate::rate(&runner, &open, &batches, in_flight)?.max(1e-9));
+        } else {
+            let mut view = SweepConsole::new(&mut console, wanted.len(), left);
+            let result = runner.run(&open, batches, in_flight, &mut view, &mut |frame, record| {
+                records.insert(digests[frame], keep(digests[frame], record));
+            });
+            console.end();
+            swept.rendered = records.len() - finished.len();
+            if interrupt.is_asked() && records.len() < first_of.len() {
+                let (done, all) = (records.len(), first_of.len());
+                let text =
+                    format!("interrupted: {done} of {all} frames are there; the same command renders the others");
+                return Err(Failure::Interrupted(text));
+            }
+            result?;
+        }
+    } else if arguments.dry_run {
+        swept.estimated_seconds = Some(0.0);
+    }
+    if !arguments.dry_run {
+        write(&planned, &place, &sheet, &records)?;
+        swept.seconds = Some(begin.elapsed().as_secs_f64());
+    }
+    conclude(&swept, arguments, left)
+}
+
+/// The first frame of each digest.
+fn first_of(digests: &[FrameDigest]) -> BTreeMap<FrameDigest, usize> {
+    let mut first = BTreeMap::new();
+    for (frame, digest) in digests.iter().enumerate() {
+        first.entry(*digest).or_insert(frame);
+    }
+    first
+}
+
+/// As many evaluations as keep a farm busy within the memory for their pixels.
+fn in_flight(plan: &gonio_sweep::Plan, batches: &[Batch]) -> usize {
+    let pixels = |batch: &Batch| batch.frames.iter().map(|frame| plan.pixels(&plan.frames[*frame])).sum::<u64>();
+    let largest = batches.iter().map(pixels).max().unwrap_or(1).max(1);
+    usize::try_from((PIXELS / largest).clamp(1, IN_FLIGHT)).unwrap_or(1)
+}
+
+/// Writes what is about all frames.
+fn write(
+    planned: &Planned,
+    place: &Place,
+    sheet: &Sheet<'_>,
+    records: &BTreeMap<FrameDigest, Record>,
+) -> Result<(), Failure> {
+    let Planned { plan, digests, input, .. } = planned;
+    let lost = || Failure::Failed("a frame is missing, though all were rendered; run the command again".to_owned());
+    let of_frames: Vec<&Record> =
+        digests.iter().map(|digest| records.get(digest)).collect::<Option<_>>().ok_or_else(lost)?;
+    let table = Table::of(plan, digests, &of_frames);
+    place.put(TABLE[0], table.to_csv())?;
+    place.put(TABLE[1], table.to_parquet(TABLE[1])?)?;
+    place.put(TIMINGS, Table::timings(digests, &of_frames).to_csv())?;
+    place.put(SHEET[1], sheet.picture(SHEET[1], &of_frames)?)?;
+    place.put(SHEET[0], sheet.page(&plan.capture.name, SHEET[1], digests, &of_frames).into_bytes())?;
+    let mut here = plan.capture.clone();
+    // From a bucket no path leads to this machine but an absolute one.
+    relocate(&mut here, &input.root, &place.folder().unwrap_or_else(|| Path::new("/").to_owned()))?;
+    place.put(CAPTURE_FILE, here.to_toml()?.into_bytes())
+}
+
+fn conclude(swept: &Swept<'_>, arguments: &SweepArguments, left: u64) -> Result<(), Failure> {
+    if arguments.farm.json {
+        tell(&to_json(swept)?);
+        return Ok(());
+    }
+    if let Some(seconds) = swept.estimated_seconds {
+        tell(&format!(
+            "{} from {}, {} different; {} to render, {} there already",
+            plural(swept.frames, "frame"),
+            plural(swept.points, "point"),
+            swept.distinct,
+            swept.distinct - swept.finished_before,
+            swept.finished_before,
+        ));
+        let (samples, bytes) = (metric(count(left)), metric(count(swept.bytes_at_most)));
+        tell(&format!("{samples} samples, about {}; files of at most {bytes}B in all", duration(seconds)));
+        return Ok(());
+    }
+    tell(&format!(
+        "rendered {}, {} there before; wrote {}, {TIMINGS}, {}, {CAPTURE_FILE} and frames to {}: {:.1} s",
+        plural(swept.rendered, "frame"),
+        swept.finished_before,
+        TABLE.join(", "),
+        SHEET.join(", "),
+        swept.out,
+        swept.seconds.unwrap_or_default(),
+    ));
+    Ok(())
+}
+
+/// A time in two units at most.
+fn duration(seconds: f64) -> String {
+    let minutes = (seconds / 60.0).round();
+    match seconds {
+        s if s < 100.0 => format!("{s:.0} s"),
+        s if s < 6000.0 => format!("{minutes:.0} min"),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}

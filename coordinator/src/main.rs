@@ -17,6 +17,17 @@ struct Arguments {
     /// Where captures are kept: a folder, memory://, or s3://BUCKET/PREFIX
     #[arg(long, default_value = "gonio-store")]
     store: String,
+    /// Seconds that evaluations which run have to finish once the coordinator is told to stop; then they fail
+    #[arg(long, default_value_t = 10.0, value_parser = seconds)]
+    grace: f64,
+}
+
+/// Reads a number of seconds.
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err("must be a number of seconds, 0 to 86400".to_owned()),
+    }
 }
 
 #[tokio::main]
@@ -30,7 +41,7 @@ async fn main() -> anyhow::Result<()> {
     let listener =
         listener.with_context(|| format!("cannot listen on {}; choose another --listen", arguments.listen))?;
     println!("listening on http://{}", listener.local_addr()?);
-    let coordinator = Coordinator::new(blobs, broker::LEASE);
+    let coordinator = Coordinator::new(blobs, broker::SILENCE);
     let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
     let stop = async move {
         tokio::select! {
@@ -39,6 +50,7 @@ async fn main() -> anyhow::Result<()> {
         }
         tracing::info!("stopping");
     };
-    service::serve(coordinator, listener, stop).await?;
+    let grace = std::time::Duration::from_secs_f64(arguments.grace);
+    service::serve(coordinator, listener, stop, grace).await?;
     Ok(())
 }

@@ -11,6 +11,7 @@ use gonio_proto::{Digest, limits, wire};
 use std::future::Future;
 use std::time::Duration;
 use tokio::net::TcpListener;
+use tokio::sync::oneshot;
 use tokio_stream::wrappers::{TcpListenerStream, UnboundedReceiverStream};
 use tonic::{Request, Response, Status, Streaming};
 
@@ -20,7 +21,10 @@ const KEEPALIVE: Duration = Duration::from_secs(5);
 /// How long a client may take from one chunk of a blob to the next.
 const CHUNK_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// Serves `coordinator` on a listener until `stop` completes; streams that are open then are cut.
+/// How long connections have to end once the coordinator has drained; those that have not are cut.
+const FAREWELL: Duration = Duration::from_secs(2);
+
+/// Serves `coordinator` on a listener until `stop` completes, then for up to `grace` until its evaluations have ended.
 ///
 /// # Errors
 /// The transport fails.
@@ -28,8 +32,10 @@ pub async fn serve(
     coordinator: Coordinator,
     listener: TcpListener,
     stop: impl Future<Output = ()>,
+    grace: Duration,
 ) -> Result<(), tonic::transport::Error> {
-    let farm = FarmServer::new(Service { coordinator }).max_decoding_message_size(limits::MESSAGE_BYTES);
+    let farm =
+        FarmServer::new(Service { coordinator: coordinator.clone() }).max_decoding_message_size(limits::MESSAGE_BYTES);
     let incoming = TcpListenerStream::new(listener).map(|connection| {
         if let Ok(stream) = &connection {
             // Small messages must not wait for more; where it cannot be set, they do.
@@ -37,6 +43,7 @@ pub async fn serve(
         }
         connection
     });
+    let (drains, drained) = oneshot::channel();
     let server = tonic::transport::Server::builder()
         .initial_stream_window_size(limits::STREAM_WINDOW_BYTES)
         .initial_connection_window_size(2 * limits::STREAM_WINDOW_BYTES)
@@ -44,10 +51,19 @@ pub async fn serve(
         .http2_keepalive_interval(Some(KEEPALIVE))
         .http2_keepalive_timeout(Some(KEEPALIVE))
         .add_service(farm)
-        .serve_with_incoming(incoming);
+        .serve_with_incoming_shutdown(incoming, async {
+            // Whoever comes while it drains is told that it stops.
+            let _ = drained.await;
+        });
+    let drain = async {
+        stop.await;
+        coordinator.drain(grace).await;
+        let _ = drains.send(());
+        tokio::time::sleep(FAREWELL).await;
+    };
     tokio::select! {
         result = server => result,
-        () = stop => Ok(()),
+        () = drain => Ok(()),
     }
 }
 
@@ -63,6 +79,12 @@ impl Farm for Service {
 
     async fn work(&self, request: Request<Streaming<wire::FromWorker>>) -> Result<Response<Self::WorkStream>, Status> {
         Ok(Response::new(self.coordinator.work(request.into_inner())))
+    }
+
+    async fn beat(&self, request: Request<wire::Heartbeat>) -> Result<Response<wire::HeartbeatReply>, Status> {
+        let wire::Heartbeat { worker, epoch } = request.into_inner();
+        self.coordinator.beat(worker, epoch)?;
+        Ok(Response::new(wire::HeartbeatReply {}))
     }
 
     async fn evaluate(

@@ -11,6 +11,7 @@ use gonio_proto::convert::digest::blob_chunks;
 use gonio_proto::wire::farm_client::FarmClient;
 use gonio_proto::wire::{self, from_worker};
 use gonio_proto::{Digest, limits};
+use std::time::Duration;
 use support::{Script, coordinator, film, request};
 use tokio::net::TcpListener;
 use tonic::transport::Channel;
@@ -20,7 +21,7 @@ async fn client() -> (FarmClient<Channel>, Digest) {
     let (coordinator, digest) = coordinator().await;
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let url = format!("http://{}", listener.local_addr().unwrap());
-    tokio::spawn(service::serve(coordinator, listener, std::future::pending()));
+    tokio::spawn(service::serve(coordinator, listener, std::future::pending(), Duration::ZERO));
     (FarmClient::connect(url).await.unwrap(), digest)
 }
 
@@ -31,7 +32,12 @@ fn refused<T>(result: Result<T, Status>, code: Code, text: &str) {
 }
 
 fn hello() -> from_worker::Message {
-    from_worker::Message::Hello(wire::Hello { name: "w".into(), slots: 1, version: gonio_proto::VERSION.into() })
+    from_worker::Message::Hello(wire::Hello {
+        name: "w".into(),
+        slots: 1,
+        version: gonio_proto::VERSION.into(),
+        reserved_credits: 0,
+    })
 }
 
 /// Says `messages` as a worker; how the coordinator ends the stream.
@@ -51,18 +57,17 @@ async fn workers_that_break_the_protocol_are_sent_away() {
         Some(from_worker::Message::Hello(message))
     };
     let id = wire::AttemptId { epoch: 1, evaluation: 1, task: 1, attempt: 0 };
-    let many = vec![id; limits::CREDITS as usize + 1];
     let id = Some(id);
-    use from_worker::Message::{Ask, Chunk, Commit, Failed, Released, Renew};
+    use from_worker::Message::{Ask, Chunk, Commit, Failed, Released, Started};
     let cases = [
         (vec![None], "must begin with Hello"),
-        (vec![Some(Ask(wire::Ask { tasks: 1 }))], "must begin with Hello"),
+        (vec![Some(Ask(wire::Ask { credits: 1 }))], "must begin with Hello"),
         (vec![other(&|h| h.slots = 0)], "Hello.slots: is 0"),
         (vec![other(&|h| h.slots = u32::MAX)], "Hello.slots: is 4294967295"),
         (vec![other(&|h| h.name = "x".repeat(100_000))], "Hello.name: has 100000 bytes"),
         (vec![Some(hello()), Some(hello())], "came a second time"),
         (vec![Some(hello()), None], "is absent or unknown here"),
-        (vec![Some(hello()), Some(Renew(wire::Renew { attempts: many }))], "Renew.attempts: has 16385 entries"),
+        (vec![Some(hello()), Some(Started(wire::Started::default()))], "Started.id: is absent"),
         (vec![Some(hello()), Some(Chunk(wire::ResultChunk::default()))], "ResultChunk.id: is absent"),
         (vec![Some(hello()), Some(Commit(wire::Commit::default()))], "Commit.id: is absent"),
         (vec![Some(hello()), Some(Failed(wire::TaskFailed::default()))], "TaskFailed.id: is absent"),
@@ -76,9 +81,11 @@ async fn workers_that_break_the_protocol_are_sent_away() {
     // Any number of credits is one number; results of tasks that are not its are late, not hostile.
     let commit = wire::Commit { id, size_bytes: u64::MAX, pixels: u32::MAX, channels: u32::MAX, ..Default::default() };
     let chunk = wire::ResultChunk { id, offset_bytes: u64::MAX, data: Bytes::from_static(b"123") };
-    let odd = [Ask(wire::Ask { tasks: u32::MAX }), Ask(wire::Ask { tasks: u32::MAX }), Chunk(chunk), Commit(commit)];
+    let odd =
+        [Ask(wire::Ask { credits: u32::MAX }), Ask(wire::Ask { credits: u32::MAX }), Chunk(chunk), Commit(commit)];
     let odd = std::iter::once(hello()).chain(odd).map(Some).collect();
     work(&mut client, odd).await.unwrap();
+    refused(client.beat(wire::Heartbeat { worker: 99, epoch: 1 }).await, Code::NotFound, "there is no worker 99");
 }
 
 #[tokio::test]

@@ -29,6 +29,8 @@ pub const TERMS: usize = 1_000;
 pub const SAMPLES: u32 = 10_000_000;
 /// Most tasks of one evaluation.
 pub const TASKS: u64 = 1 << 26;
+/// Most tasks that one credit buys.
+pub const TASKS_AT_ONCE: usize = 64;
 /// Most render slots of a worker.
 pub const SLOTS: u32 = 4_096;
 /// Most credits of a worker that are outstanding.

@@ -5,8 +5,8 @@
 
 use bytes::Bytes;
 use gonio_proto::convert::digest::{Digest, digests_from_wire, digests_to_wire};
-use gonio_proto::convert::request::{request_from_wire, request_to_wire};
-use gonio_proto::convert::task::{AttemptId, Hello, Setup, Task};
+use gonio_proto::convert::request::{Class, Requester, request_from_wire, request_to_wire};
+use gonio_proto::convert::task::{AttemptId, Hello, Setup, Task, tasks_from_wire};
 use gonio_proto::{WireError, limits, wire};
 use gonio_scene::capture::Range;
 use gonio_scene::film::{PixelSet, Tile};
@@ -38,7 +38,7 @@ fn digest() -> Digest {
 
 fn setup() -> Setup {
     let EvaluationRequest { numbers, columns, .. } = request();
-    Setup { evaluation: 5, capture: digest(), numbers, columns, first_hits: false }
+    Setup { evaluation: 5, capture: digest(), numbers, columns, first_hits: false, class: Class::Batch }
 }
 
 fn task() -> Task {
@@ -64,6 +64,11 @@ fn refused<T: std::fmt::Debug>(result: Result<T, WireError>, field: &str) {
 fn good_messages_survive() {
     let message = request_to_wire(digest(), &request());
     assert_eq!(request_from_wire(message).unwrap(), (digest(), request()));
+    let requester = Requester { client: "fit".into(), class: Class::Batch };
+    let mut signed = request_to_wire(digest(), &request());
+    requester.sign(&mut signed);
+    assert_eq!(Requester::of(&signed).unwrap(), requester);
+    assert_eq!(request_from_wire(signed).unwrap(), (digest(), request()));
     assert_eq!(Setup::try_from(wire::Setup::from(&setup())).unwrap(), setup());
     assert_eq!(Task::try_from(wire::Task::from(&task())).unwrap(), task());
     let all = Task { pixels: PixelSet::from_flags([true; 50]), ..task() };
@@ -101,6 +106,11 @@ fn broken_requests_are_refused() {
     broken(&|m| m.columns[0].minimum = 2.0, "has the bounds 2 to 1");
     broken(&|m| m.columns[0].value = f64::NEG_INFINITY, "is -inf");
     broken(&|m| m.columns[0].terms = vec![m.columns[0].terms[0].clone(); 1001], "has 1001 entries");
+    let signed = |client: &str, class| {
+        Requester::of(&wire::EvaluationRequest { client: client.to_owned(), class, ..Default::default() })
+    };
+    refused(signed(&"x".repeat(1025), 0), "client: has 1025 bytes");
+    refused(signed("x", 2), "class: is 2");
 }
 
 #[test]
@@ -121,11 +131,17 @@ fn broken_tasks_and_hellos_are_refused() {
     broken(&|m| m.pixels = Bytes::from_static(&[0; 7]), "Task.pixels: wants no pixel");
     broken(&|m| m.end_sample = 3, "must ascend");
     broken(&|m| m.end_sample = u32::MAX, "must ascend");
-    let hello = |slots, name: &str| wire::Hello { name: name.to_owned(), slots, version: "1".to_owned() };
+    let tasks = |count| tasks_from_wire(wire::Tasks { tasks: vec![wire::Task::from(&task()); count] });
+    assert_eq!(tasks(limits::TASKS_AT_ONCE).unwrap().len(), limits::TASKS_AT_ONCE);
+    refused(tasks(0), "Tasks.tasks: is empty");
+    refused(tasks(limits::TASKS_AT_ONCE + 1), "Tasks.tasks: has 65 entries");
+    let hello =
+        |slots, name: &str| wire::Hello { name: name.to_owned(), slots, version: "1".to_owned(), reserved_credits: 1 };
     refused(Hello::try_from(hello(0, "w")), "Hello.slots: is 0");
     refused(Hello::try_from(hello(5000, "w")), "Hello.slots: is 5000");
     refused(Hello::try_from(hello(1, "")), "Hello.name: has 0 bytes");
     refused(Setup::try_from(wire::Setup::default()), "Setup.capture_digest");
+    refused(Setup::try_from(wire::Setup { class: 7, ..(&setup()).into() }), "Setup.class: is 7");
     let many = wire::BlobDigests { digests: vec![digest().to_wire(); limits::DIGESTS + 1] };
     refused(digests_from_wire(&many), "BlobDigests.digests: has 10001 entries");
 }
@@ -133,7 +149,7 @@ fn broken_tasks_and_hellos_are_refused() {
 #[test]
 fn a_scene_is_named_by_what_it_depends_on() {
     let key = setup().scene_key();
-    assert_eq!(Setup { evaluation: 6, first_hits: true, ..setup() }.scene_key(), key);
+    assert_eq!(Setup { evaluation: 6, first_hits: true, class: Class::Interactive, ..setup() }.scene_key(), key);
     assert_ne!(Setup { numbers: vec![], ..setup() }.scene_key(), key);
     assert_ne!(Setup { columns: vec![], ..setup() }.scene_key(), key);
     assert_ne!(Setup { capture: Digest::of(b"another"), ..setup() }.scene_key(), key);

@@ -49,9 +49,14 @@ impl Process {
 
     /// SIGTERM; how it ended.
     pub fn terminate(&mut self) -> ExitStatus {
-        let id = self.0.id().to_string();
-        assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+        self.signal("TERM");
         self.0.wait().unwrap()
+    }
+
+    /// Sends a signal by its name, such as `STOP`.
+    pub fn signal(&self, name: &str) {
+        let (name, id) = (format!("-{name}"), self.0.id().to_string());
+        assert!(Command::new("kill").args([&name, &id]).status().unwrap().success());
     }
 }
 
@@ -87,8 +92,17 @@ impl Cluster {
 
     /// A coordinator with further environment variables.
     pub fn start_in(store: &str, workers: usize, environment: &[(&str, &str)]) -> Self {
-        let mut command = command("gonio-coordinator", &["--listen", "127.0.0.1:0", "--store", store]);
-        command.env("RUST_LOG", "error").envs(environment.iter().copied());
+        Self::start_by(&["--store", store], workers, environment)
+    }
+
+    /// A coordinator with further arguments.
+    pub fn start_with_more(more: &[&str], workers: usize) -> Self {
+        Self::start_by(&[&["--store", "memory://"], more].concat(), workers, &[])
+    }
+
+    fn start_by(arguments: &[&str], workers: usize, environment: &[(&str, &str)]) -> Self {
+        let mut command = command("gonio-coordinator", &["--listen", "127.0.0.1:0"]);
+        command.args(arguments).env("RUST_LOG", "error").envs(environment.iter().copied());
         let mut coordinator = Process::spawn(&mut command);
         let mut line = String::new();
         BufReader::new(coordinator.0.stdout.take().unwrap()).read_line(&mut line).unwrap();

@@ -100,6 +100,50 @@ fn all_workers_may_be_lost_and_others_come() {
 }
 
 #[test]
+fn a_worker_that_is_paused_is_done_without_and_taken_back() {
+    let expected = evaluate(&Farm::embedded(2).unwrap(), Output::Statistics, &mut || ());
+    let cluster = Cluster::start(2);
+    let farm = Farm::connect(&cluster.url).unwrap();
+    assert_eq!(evaluate(&farm, Output::Statistics, &mut || cluster.workers[0].signal("STOP")), expected);
+    cluster.workers[0].signal("CONT");
+    // The other is gone for good: the one that was paused does it alone.
+    cluster.workers[1].signal("KILL");
+    assert_eq!(evaluate(&farm, Output::Statistics, &mut || ()), expected);
+}
+
+#[test]
+fn a_worker_that_is_told_to_stop_loses_nothing() {
+    let expected = evaluate(&Farm::embedded(2).unwrap(), Output::Statistics, &mut || ());
+    let mut cluster = Cluster::start(2);
+    let farm = Farm::connect(&cluster.url).unwrap();
+    let mut codes = Vec::new();
+    let stop = &mut || codes.push(cluster.workers[0].terminate().code());
+    assert_eq!(evaluate(&farm, Output::Statistics, stop), expected);
+    assert_eq!(codes, [Some(0)]);
+}
+
+#[test]
+fn a_coordinator_that_is_told_to_stop_finishes_or_says_so() {
+    let expected = evaluate(&Farm::embedded(2).unwrap(), Output::Statistics, &mut || ());
+    let cluster = Cluster::start(1);
+    let farm = Farm::connect(&cluster.url).unwrap();
+    assert_eq!(evaluate(&farm, Output::Statistics, &mut || cluster.coordinator.signal("TERM")), expected);
+
+    let mut cluster = Cluster::start_with_more(&["--grace", "0"], 1);
+    let mut open = Farm::connect(&cluster.url).unwrap().open(&files()).unwrap();
+    let mut told = false;
+    let answer = open.evaluate(&request(Output::Statistics), &mut |progress| {
+        if !std::mem::replace(&mut told, progress.tasks_done > 0) && progress.tasks_done > 0 {
+            cluster.coordinator.signal("TERM");
+        }
+        ControlFlow::Continue(())
+    });
+    let text = answer.unwrap_err().to_string();
+    assert!(text.contains("the coordinator stops; ask again"), "{text}");
+    assert_eq!(cluster.coordinator.terminate().code(), Some(0));
+}
+
+#[test]
 fn a_worker_waits_for_a_coordinator_and_both_stop_when_told() {
     let folder = std::env::temp_dir().join(format!("gonio-cluster-{}", std::process::id()));
     let mut cluster = Cluster::start_with(folder.to_str().unwrap(), 0);

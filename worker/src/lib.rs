@@ -1,30 +1,39 @@
 //! A worker of a render farm: pulls tasks from a coordinator, renders them, sends the films back.
 //!
 //! It keeps nothing that matters: what it fetched and prepared is a bounded cache, keyed by digest. Input and output run on
-//! tokio; rendering, preparing and encoding run on one rayon pool, so that leases are renewed however busy it is.
+//! tokio; rendering, preparing and encoding run on one rayon pool, so that it beats however busy it is.
 
+mod attempt;
+mod batch;
+pub mod heart;
 pub mod pull;
+mod queue;
 pub mod remote;
 pub mod renderer;
 pub mod scenes;
 pub mod source;
 
+pub use heart::Heart;
 pub use source::BlobSource;
 
 use gonio_proto::limits;
 use gonio_store::Blobs;
+use queue::Queue;
 use renderer::Renderer;
 use scenes::Scenes;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// A render pool and what it has prepared. Clones share both.
 #[derive(Clone)]
 pub struct Worker {
     name: String,
-    pool: Arc<rayon::ThreadPool>,
+    queue: Queue,
     scenes: Arc<Scenes>,
     /// Where captures' files may lie besides with the coordinator.
     store: Option<Blobs>,
+    /// How long what is being rendered may take to end once the worker is told to stop.
+    grace: Duration,
 }
 
 impl Worker {
@@ -37,9 +46,9 @@ impl Worker {
         let threads = threads.min(limits::SLOTS as usize);
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("render-{i}")).build()?;
-        let pool = Arc::new(pool);
-        let scenes = Arc::new(Scenes::new(renderer, Arc::clone(&pool)));
-        Ok(Self { name: name.to_owned(), scenes, pool, store: None })
+        let queue = Queue::new(pool);
+        let scenes = Arc::new(Scenes::new(renderer, queue.clone()));
+        Ok(Self { name: name.to_owned(), scenes, queue, store: None, grace: Duration::ZERO })
     }
 
     /// The same worker, which looks for captures' files in `store` before it asks a remote coordinator for them.
@@ -48,9 +57,15 @@ impl Worker {
         Self { store: Some(store), ..self }
     }
 
+    /// The same worker, which finishes what it is rendering for up to `grace` once it is told to stop.
+    #[must_use]
+    pub fn with_grace(self, grace: Duration) -> Self {
+        Self { grace, ..self }
+    }
+
     /// Tasks that it renders at the same time.
     #[must_use]
     pub fn slots(&self) -> u32 {
-        u32::try_from(self.pool.current_num_threads()).unwrap_or(limits::SLOTS)
+        u32::try_from(self.queue.threads()).unwrap_or(limits::SLOTS)
     }
 }

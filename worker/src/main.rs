@@ -25,6 +25,17 @@ struct Arguments {
     /// read from there, and asked of the coordinator only where they are missing
     #[arg(long)]
     store: Option<String>,
+    /// Seconds that tasks which are being rendered have to end once the worker is told to stop; then they are handed back
+    #[arg(long, default_value_t = 10.0, value_parser = seconds)]
+    grace: f64,
+}
+
+/// Reads a number of seconds.
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err("must be a number of seconds, 0 to 86400".to_owned()),
+    }
 }
 
 #[tokio::main(flavor = "multi_thread", worker_threads = 2)]
@@ -34,6 +45,7 @@ async fn main() -> anyhow::Result<()> {
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
     let name = arguments.name.unwrap_or_else(|| format!("worker-{}", std::process::id()));
     let mut worker = Worker::new(&name, arguments.threads, Arc::new(PathTracer))?;
+    worker = worker.with_grace(std::time::Duration::from_secs_f64(arguments.grace));
     if let Some(url) = &arguments.store {
         worker = worker.with_store(open(url).await?);
     }

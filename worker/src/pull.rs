@@ -1,27 +1,27 @@
 //! The pull loop: one stream to a coordinator, for as long as it lasts.
 
-use crate::renderer::Scene;
-use crate::scenes::SceneUnavailable;
+use crate::attempt::{Claim, released, said};
+use crate::batch::Batch;
+use crate::heart::{Heart, keep_beating};
 use crate::{BlobSource, Worker};
 use futures::StreamExt;
 use futures::stream::BoxStream;
-use gonio_proto::convert::film::film_to_wire;
-use gonio_proto::convert::task::{AttemptId, Hello, Setup, Task};
+use gonio_proto::convert::task::{AttemptId, Hello, Setup, tasks_from_wire};
 use gonio_proto::wire::{self, from_worker, to_worker};
 use gonio_proto::{Digest, WireError};
-use gonio_tracer::TileTask;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::future::Future;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
-use tokio::sync::{mpsc, oneshot};
+use std::time::Duration;
+use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 use tonic::Status;
 
 /// How long a worker that stops waits for the coordinator to hear that it does.
 const FAREWELL: Duration = Duration::from_secs(2);
+
+/// Credits for each render thread: one for what is rendered, one for what is next, one kept for interactive evaluations.
+const CREDITS: u32 = 3;
 
 /// One stream to a coordinator.
 pub struct Link {
@@ -31,6 +31,8 @@ pub struct Link {
     pub inbound: BoxStream<'static, Result<wire::ToWorker, Status>>,
     /// Where it fetches captures' files.
     pub blobs: Arc<dyn BlobSource>,
+    /// How it says that it lives.
+    pub heart: Arc<dyn Heart>,
 }
 
 /// Why a stream to a coordinator ended.
@@ -44,69 +46,79 @@ pub enum PullError {
     Protocol(#[from] WireError),
 }
 
-/// An evaluation that the coordinator told of.
-struct Known {
-    setup: Arc<Setup>,
-    scene_key: Digest,
-    /// Set once, when the evaluation is over or the stream has ended.
-    cancel: Arc<AtomicBool>,
-}
-
 /// A stream's state; dropped, everything that runs for it is cancelled.
 struct Session<'w> {
     worker: &'w Worker,
     outbound: mpsc::Sender<wire::FromWorker>,
     blobs: Arc<dyn BlobSource>,
-    evaluations: BTreeMap<u64, Known>,
-    /// Attempts whose lease is this worker's.
-    held: BTreeSet<AttemptId>,
-    /// One per attempt held; yields its id when it has ended.
-    running: JoinSet<AttemptId>,
+    /// Evaluations that the coordinator told of and did not cancel, with the keys of their scenes.
+    evaluations: BTreeMap<u64, (Arc<Setup>, Digest)>,
+    /// Attempts on this worker. Added as they come; removed when they end, are handed back, revoked or cancelled.
+    held: BTreeMap<AttemptId, Arc<Claim>>,
+    /// Whether it hands everything back that comes.
+    stopping: bool,
+    /// One per batch that is here.
+    batches: JoinSet<()>,
+    /// Given to every batch, to name the attempts that have ended.
+    ended: mpsc::UnboundedSender<AttemptId>,
 }
 
 impl Drop for Session<'_> {
     fn drop(&mut self) {
-        for known in self.evaluations.values() {
-            known.cancel.store(true, Ordering::Relaxed);
-        }
+        self.held.values().for_each(|claim| claim.cancel());
     }
 }
 
 impl Worker {
-    /// Works on one stream until it ends, or until `stop` completes: then the leases are handed back.
+    /// Works on one stream until it ends, or until `stop` completes: then what waits is handed back, what is being
+    /// rendered has the worker's grace to end, and what is left after it is handed back too.
     ///
     /// # Errors
     /// The stream ended, or what came is not the protocol.
     pub async fn serve(&self, mut link: Link, stop: impl Future<Output = ()>) -> Result<(), PullError> {
-        let hello = Hello { name: self.name.clone(), slots: self.slots(), version: gonio_proto::VERSION.to_owned() };
+        let (slots, version) = (self.slots(), gonio_proto::VERSION.to_owned());
+        let (ended, mut endings) = mpsc::unbounded_channel();
         let mut session = Session {
             worker: self,
             outbound: link.outbound,
             blobs: link.blobs,
             evaluations: BTreeMap::new(),
-            held: BTreeSet::new(),
-            running: JoinSet::new(),
+            held: BTreeMap::new(),
+            stopping: false,
+            batches: JoinSet::new(),
+            ended,
         };
+        let hello = Hello { name: self.name.clone(), slots, version, reserved_credits: slots };
         session.send(from_worker::Message::Hello(hello.into())).await?;
-        let lease = match next(&mut link.inbound).await? {
-            to_worker::Message::Welcome(welcome) => Duration::from_millis(welcome.lease_milliseconds.max(3).into()),
-            _ => return Err(WireError::new("ToWorker", "must begin with Welcome").into()),
+        let to_worker::Message::Welcome(welcome) = next(&mut link.inbound).await? else {
+            return Err(WireError::new("ToWorker", "must begin with Welcome").into());
         };
-        // One task more than threads for each: the next one waits here when one ends, not at the coordinator.
-        session.ask(2 * self.slots()).await?;
-        let mut renew = tokio::time::interval(lease / 3);
-        renew.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        // A task of its own: it beats while this one waits for a full channel. It ends with the set.
+        let mut heart = JoinSet::new();
+        let silence = Duration::from_millis(welcome.silence_milliseconds.into());
+        heart.spawn(keep_beating(link.heart, welcome.worker, welcome.epoch, silence));
+        session.send(from_worker::Message::Ask(wire::Ask { credits: CREDITS * slots })).await?;
         tokio::pin!(stop);
+        let grace = tokio::time::sleep(Duration::ZERO);
+        tokio::pin!(grace);
         loop {
             tokio::select! {
-                message = next(&mut link.inbound) => session.receive(message?)?,
-                Some(ended) = session.running.join_next() => {
-                    if let Ok(id) = ended {
-                        session.held.remove(&id);
-                    }
+                message = next(&mut link.inbound) => session.receive(message?).await?,
+                Some(id) = endings.recv() => drop(session.held.remove(&id)),
+                // Batches that are done are forgotten; what they have to say, they have said.
+                Some(_) = session.batches.join_next() => {}
+                Some(forgotten) = heart.join_next() => {
+                    let status = forgotten.unwrap_or_else(|error| Status::internal(error.to_string()));
+                    return Err(PullError::Ended(Status::unavailable(status.message())));
                 }
-                _ = renew.tick(), if !session.held.is_empty() => session.renew().await?,
-                () = &mut stop => break,
+                () = &mut stop, if !session.stopping => {
+                    session.stop().await?;
+                    grace.as_mut().reset(tokio::time::Instant::now() + self.grace);
+                }
+                () = &mut grace, if session.stopping => break,
+            }
+            if session.stopping && session.held.is_empty() {
+                break;
             }
         }
         session.hand_back().await?;
@@ -133,143 +145,89 @@ async fn next(
 
 impl Session<'_> {
     async fn send(&self, message: from_worker::Message) -> Result<(), PullError> {
-        send(&self.outbound, message).await.map_err(PullError::Ended)
+        self.say(said(message)).await
     }
 
-    async fn ask(&self, tasks: u32) -> Result<(), PullError> {
-        self.send(from_worker::Message::Ask(wire::Ask { tasks })).await
+    async fn say(&self, message: wire::FromWorker) -> Result<(), PullError> {
+        let sent = self.outbound.send(message).await;
+        sent.map_err(|_| PullError::Ended(Status::unavailable("end of stream")))
     }
 
-    async fn renew(&self) -> Result<(), PullError> {
-        let attempts = self.held.iter().map(|id| (*id).into()).collect();
-        self.send(from_worker::Message::Renew(wire::Renew { attempts })).await
-    }
-
-    /// Stops everything and tells the coordinator, so that it need not wait for the leases to run out.
-    async fn hand_back(&mut self) -> Result<(), PullError> {
-        for known in self.evaluations.values() {
-            known.cancel.store(true, Ordering::Relaxed);
-        }
-        for id in std::mem::take(&mut self.held) {
-            let released = wire::Released { id: Some(id.into()), text: String::new() };
-            self.send(from_worker::Message::Released(released)).await?;
+    /// Wants no more tasks, and hands back those that no thread has begun.
+    async fn stop(&mut self) -> Result<(), PullError> {
+        self.stopping = true;
+        self.send(from_worker::Message::Leaving(wire::Leaving {})).await?;
+        let waiting: Vec<AttemptId> = self.held.iter().filter(|(_, claim)| claim.take()).map(|(id, _)| *id).collect();
+        tracing::info!(handed_back = waiting.len(), to_finish = self.held.len() - waiting.len(), "stopping");
+        for id in waiting {
+            self.held.remove(&id);
+            self.say(released(id, String::new())).await?;
         }
         Ok(())
     }
 
-    fn receive(&mut self, message: to_worker::Message) -> Result<(), PullError> {
+    /// Stops everything and tells the coordinator, so that it does not take it for a death.
+    async fn hand_back(&mut self) -> Result<(), PullError> {
+        for (id, claim) in std::mem::take(&mut self.held) {
+            claim.cancel();
+            self.say(released(id, String::new())).await?;
+        }
+        Ok(())
+    }
+
+    async fn receive(&mut self, message: to_worker::Message) -> Result<(), PullError> {
         match message {
             to_worker::Message::Welcome(_) => {
                 return Err(WireError::new("ToWorker.welcome", "came a second time").into());
             }
             to_worker::Message::Setup(setup) => {
                 let setup = Setup::try_from(setup)?;
-                let (evaluation, scene_key) = (setup.evaluation, setup.scene_key());
-                let known = Known { setup: Arc::new(setup), scene_key, cancel: Arc::default() };
-                self.evaluations.insert(evaluation, known);
+                let scene_key = setup.scene_key();
+                self.evaluations.insert(setup.evaluation, (Arc::new(setup), scene_key));
             }
-            to_worker::Message::Task(task) => self.start(Task::try_from(task)?)?,
+            to_worker::Message::Tasks(tasks) => self.start(tasks).await?,
             to_worker::Message::Cancel(cancel) => {
-                if let Some(known) = self.evaluations.remove(&cancel.evaluation) {
-                    known.cancel.store(true, Ordering::Relaxed);
+                self.evaluations.remove(&cancel.evaluation);
+                self.held.retain(|id, claim| {
+                    if id.evaluation == cancel.evaluation {
+                        claim.cancel();
+                    }
+                    id.evaluation != cancel.evaluation
+                });
+            }
+            to_worker::Message::Revoked(revoked) => {
+                for id in revoked.attempts {
+                    let id = AttemptId::from_wire("Revoked.attempts", Some(id))?;
+                    if let Some(claim) = self.held.remove(&id) {
+                        claim.cancel();
+                    }
                 }
             }
         }
         Ok(())
     }
 
-    fn start(&mut self, task: Task) -> Result<(), PullError> {
-        let Some(known) = self.evaluations.get(&task.id.evaluation) else {
-            return Err(WireError::new("Task.id", format!("{}: no Setup came before it", task.id)).into());
+    async fn start(&mut self, tasks: wire::Tasks) -> Result<(), PullError> {
+        let tasks = tasks_from_wire(tasks)?;
+        if self.stopping {
+            // They crossed with the word that this worker stops.
+            for task in tasks {
+                self.say(released(task.id, String::new())).await?;
+            }
+            return Ok(());
+        }
+        let evaluation = tasks[0].id.evaluation;
+        if let Some(stray) = tasks.iter().find(|task| task.id.evaluation != evaluation) {
+            return Err(WireError::new("Tasks.tasks", format!("{} is of another evaluation", stray.id)).into());
+        }
+        let Some((setup, scene_key)) = self.evaluations.get(&evaluation).cloned() else {
+            return Err(WireError::new("Task.id", format!("{}: no Setup came before it", tasks[0].id)).into());
         };
-        let (setup, scene_key, cancel) = (Arc::clone(&known.setup), known.scene_key, Arc::clone(&known.cancel));
-        let (worker, blobs, outbound) = (self.worker.clone(), Arc::clone(&self.blobs), self.outbound.clone());
-        self.held.insert(task.id);
-        self.running.spawn(async move {
-            let id = task.id;
-            let result = attempt(&worker, &setup, scene_key, task, &*blobs, cancel).await;
-            // First the next task: its way here and this film's way there take their time together.
-            let ask = wire::FromWorker { message: Some(from_worker::Message::Ask(wire::Ask { tasks: 1 })) };
-            for message in std::iter::once(ask).chain(result) {
-                // A stream that has ended is noticed where it is read.
-                if outbound.send(message).await.is_err() {
-                    break;
-                }
-            }
-            id
-        });
+        let tasks: Vec<_> = tasks.into_iter().map(|task| (task, Arc::<Claim>::default())).collect();
+        self.held.extend(tasks.iter().map(|(task, claim)| (task.id, Arc::clone(claim))));
+        let batch = Batch { setup, scene_key, tasks };
+        let (worker, blobs) = (self.worker.clone(), Arc::clone(&self.blobs));
+        self.batches.spawn(batch.run(worker, blobs, self.outbound.clone(), self.ended.clone()));
         Ok(())
-    }
-}
-
-async fn send(outbound: &mpsc::Sender<wire::FromWorker>, message: from_worker::Message) -> Result<(), Status> {
-    let message = wire::FromWorker { message: Some(message) };
-    outbound.send(message).await.map_err(|_| Status::unavailable("end of stream"))
-}
-
-/// Renders one task; the messages that end the attempt, none if it was cancelled.
-async fn attempt(
-    worker: &Worker,
-    setup: &Setup,
-    scene_key: Digest,
-    task: Task,
-    blobs: &dyn BlobSource,
-    cancel: Arc<AtomicBool>,
-) -> Vec<wire::FromWorker> {
-    let id = task.id;
-    let scene = match worker.scenes.get(scene_key, setup, blobs).await {
-        Ok(scene) => scene,
-        Err(SceneUnavailable::Broken(text)) => return vec![failed(id, text)],
-        Err(SceneUnavailable::NotFetched(text)) => {
-            let released = wire::Released { id: Some(id.into()), text };
-            return vec![wire::FromWorker { message: Some(from_worker::Message::Released(released)) }];
-        }
-    };
-    let first_hits = setup.first_hits;
-    let (sender, receiver) = oneshot::channel();
-    worker.pool.spawn(move || {
-        let rendered = catch_unwind(AssertUnwindSafe(|| render(&*scene, &task, first_hits, &cancel)));
-        let text = || format!("rendering {id} of photo {} panicked", task.photo);
-        // Whoever waited has gone with the stream.
-        let _ = sender.send(rendered.unwrap_or_else(|_| vec![failed(id, text())]));
-    });
-    receiver.await.unwrap_or_default()
-}
-
-fn failed(id: AttemptId, text: String) -> wire::FromWorker {
-    wire::FromWorker { message: Some(from_worker::Message::Failed(wire::TaskFailed { id: Some(id.into()), text })) }
-}
-
-/// Runs on a render thread.
-fn render(scene: &dyn Scene, task: &Task, first_hits: bool, cancel: &AtomicBool) -> Vec<wire::FromWorker> {
-    if cancel.load(Ordering::Relaxed) {
-        return Vec::new();
-    }
-    let start = Instant::now();
-    let tile = TileTask {
-        photo: task.photo,
-        tile: task.tile,
-        pixels: &task.pixels,
-        samples: task.samples.clone(),
-        seed: task.seed,
-        difference_samples: task.difference_samples,
-    };
-    let film = if first_hits { scene.first_hits(&tile, cancel) } else { scene.render(&tile, cancel) };
-    match film {
-        // Without a way out of the loop, so that it is a vector loop.
-        Some(film) if film.data.iter().fold(true, |finite, value| finite & value.is_finite()) => {
-            film_to_wire(task.id, &film, start.elapsed()).collect()
-        }
-        Some(_) => {
-            let text = format!(
-                "photo {}: the render overflows; lower the capture's radiances to the order of one",
-                task.photo
-            );
-            vec![failed(task.id, text)]
-        }
-        None if cancel.load(Ordering::Relaxed) => Vec::new(),
-        None => {
-            vec![failed(task.id, format!("photo {}: cannot be rendered, the capture has no such photo", task.photo))]
-        }
     }
 }

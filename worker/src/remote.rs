@@ -1,5 +1,6 @@
 //! A coordinator in another process.
 
+use crate::heart::Heart;
 use crate::pull::{Link, PullError};
 use crate::source::StoreFirst;
 use crate::{BlobSource, Worker};
@@ -66,6 +67,16 @@ impl BlobSource for RemoteBlobs {
     }
 }
 
+/// Beats over a connection of its own.
+struct RemoteHeart(FarmClient<Channel>);
+
+impl Heart for RemoteHeart {
+    fn beat(&self, worker: u64, epoch: u64) -> BoxFuture<'_, Result<(), Status>> {
+        let mut client = self.0.clone();
+        async move { client.beat(wire::Heartbeat { worker, epoch }).await.map(|_| ()) }.boxed()
+    }
+}
+
 /// A status for people.
 #[must_use]
 pub fn text(status: &Status) -> String {
@@ -80,6 +91,8 @@ impl Worker {
     /// No URL; a coordinator that will never take this worker, such as one of another version.
     pub async fn work_for(&self, url: &str, stop: impl Future<Output = ()>) -> Result<(), WorkError> {
         let client = farm_client(url)?;
+        // On the connection of the films a beat would wait behind megabytes, wherever the network is slow.
+        let heart: Arc<dyn Heart> = Arc::new(RemoteHeart(farm_client(url)?));
         let fresh = || {
             let builder = backon::ExponentialBuilder::default().with_jitter().without_max_times();
             builder.with_min_delay(Duration::from_millis(100)).with_max_delay(Duration::from_secs(10)).build()
@@ -89,7 +102,7 @@ impl Worker {
         loop {
             let started = Instant::now();
             let end = tokio::select! {
-                link = self.connect(client.clone()) => match link {
+                link = self.connect(client.clone(), Arc::clone(&heart)) => match link {
                     Ok(link) => {
                         tracing::info!(url, "connected");
                         match self.serve(link, stop.clone()).await {
@@ -119,7 +132,8 @@ impl Worker {
             }
         }
     }
-    async fn connect(&self, mut client: FarmClient<Channel>) -> Result<Link, Status> {
+
+    async fn connect(&self, mut client: FarmClient<Channel>, heart: Arc<dyn Heart>) -> Result<Link, Status> {
         let (outbound, receiver) = mpsc::channel(OUTBOUND);
         let inbound = client.work(ReceiverStream::new(receiver)).await?.into_inner().boxed();
         let coordinator = RemoteBlobs(client);
@@ -127,7 +141,7 @@ impl Worker {
             Some(store) => Arc::new(StoreFirst { store: store.clone(), otherwise: coordinator }),
             None => Arc::new(coordinator),
         };
-        Ok(Link { outbound, inbound, blobs })
+        Ok(Link { outbound, inbound, blobs, heart })
     }
 }
 

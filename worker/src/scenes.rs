@@ -1,8 +1,10 @@
 //! Captures that were fetched and scenes that were prepared, each once, the last ones kept.
 
 use crate::BlobSource;
+use crate::queue::Queue;
 use crate::renderer::{Loaded, Renderer, Scene};
 use gonio_proto::convert::manifest::Manifest;
+use gonio_proto::convert::request::Class;
 use gonio_proto::convert::task::Setup;
 use gonio_proto::{Digest, limits};
 use gonio_scene::files::MemoryFiles;
@@ -38,7 +40,7 @@ type Cell<T> = Arc<OnceCell<Arc<T>>>;
 pub struct Scenes {
     renderer: Arc<dyn Renderer>,
     /// Where loading and preparing run, so that a worker never takes more threads than it was given.
-    pool: Arc<rayon::ThreadPool>,
+    queue: Queue,
     /// Both held only to find or insert a cell. Whoever comes first fills it; the others wait at the cell, on tokio, not
     /// on a render thread.
     captures: Mutex<LruCache<Digest, Cell<dyn Loaded>>>,
@@ -48,9 +50,9 @@ pub struct Scenes {
 impl Scenes {
     /// Nothing fetched yet.
     #[must_use]
-    pub fn new(renderer: Arc<dyn Renderer>, pool: Arc<rayon::ThreadPool>) -> Self {
+    pub fn new(renderer: Arc<dyn Renderer>, queue: Queue) -> Self {
         let (captures, scenes) = (Mutex::new(LruCache::new(CAPTURES)), Mutex::new(LruCache::new(SCENES)));
-        Self { renderer, pool, captures, scenes }
+        Self { renderer, queue, captures, scenes }
     }
 
     /// The scene of an evaluation; `key` is its [`Setup::scene_key`].
@@ -65,17 +67,17 @@ impl Scenes {
     ) -> Result<Arc<dyn Scene>, SceneUnavailable> {
         let cell = find(&self.scenes, key);
         let prepare = async || {
-            let loaded = self.loaded(setup.capture, blobs).await?;
+            let loaded = self.loaded(setup, blobs).await?;
             let (numbers, columns) = (setup.numbers.clone(), setup.columns.clone());
-            self.on_pool(move || loaded.prepare(&numbers, &columns).map_err(broken)).await
+            self.on_pool(setup.class, move || loaded.prepare(&numbers, &columns).map_err(broken)).await
         };
         cell.get_or_try_init(prepare).await.cloned()
     }
 
-    async fn loaded(&self, digest: Digest, blobs: &dyn BlobSource) -> Result<Arc<dyn Loaded>, SceneUnavailable> {
-        let cell = find(&self.captures, digest);
+    async fn loaded(&self, setup: &Setup, blobs: &dyn BlobSource) -> Result<Arc<dyn Loaded>, SceneUnavailable> {
+        let cell = find(&self.captures, setup.capture);
         let load = async || {
-            let manifest = fetch(blobs, digest, "the capture's manifest").await?;
+            let manifest = fetch(blobs, setup.capture, "the capture's manifest").await?;
             let manifest = Manifest::from_blob(manifest).map_err(broken)?;
             let text = std::str::from_utf8(&manifest.toml).map_err(broken)?;
             let capture = Capture::parse(text).map_err(broken)?;
@@ -85,7 +87,7 @@ impl Scenes {
                 files.insert(path.to_owned(), Arc::from(&*blob));
             }
             let renderer = Arc::clone(&self.renderer);
-            self.on_pool(move || {
+            self.on_pool(setup.class, move || {
                 let assets = Assets::load(&capture, &MemoryFiles(files)).map_err(broken)?;
                 Ok(renderer.load(capture, assets))
             })
@@ -96,10 +98,11 @@ impl Scenes {
 
     async fn on_pool<T: Send + 'static>(
         &self,
+        class: Class,
         work: impl FnOnce() -> Result<T, SceneUnavailable> + Send + 'static,
     ) -> Result<T, SceneUnavailable> {
         let (sender, receiver) = tokio::sync::oneshot::channel();
-        self.pool.spawn(move || {
+        self.queue.push(class, move || {
             // Whoever asked may have gone.
             let _ = sender.send(catch_unwind(AssertUnwindSafe(work)));
         });

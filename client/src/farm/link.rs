@@ -1,13 +1,15 @@
 //! How a client's calls reach a coordinator.
 
+use futures::FutureExt;
 use futures::StreamExt;
+use futures::future::BoxFuture;
 use futures::stream::BoxStream;
 use gonio_coordinator::Coordinator;
 use gonio_proto::convert::digest::{blob_chunks, digests_from_wire, digests_to_wire};
 use gonio_proto::wire::farm_client::FarmClient;
 use gonio_proto::{Digest, wire};
-use gonio_worker::Worker;
 use gonio_worker::pull::Link as WorkerLink;
+use gonio_worker::{Heart, Worker};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::mpsc;
@@ -57,13 +59,25 @@ impl Link {
     }
 }
 
+/// Beats by a call.
+struct EmbeddedHeart(Coordinator);
+
+impl Heart for EmbeddedHeart {
+    fn beat(&self, worker: u64, epoch: u64) -> BoxFuture<'_, Result<(), Status>> {
+        let beaten = self.0.beat(worker, epoch);
+        async move { beaten }.boxed()
+    }
+}
+
 /// Works for an embedded coordinator, for as long as its runtime lives.
 pub(super) async fn work_embedded(worker: Worker, coordinator: Coordinator) {
     loop {
         let (outbound, receiver) = mpsc::channel(2 * worker.slots() as usize);
         let inbound = coordinator.work(ReceiverStream::new(receiver).map(Ok)).boxed();
         let blobs = Arc::new(coordinator.blobs.clone());
-        if let Err(error) = worker.serve(WorkerLink { outbound, inbound, blobs }, std::future::pending()).await {
+        let heart = Arc::new(EmbeddedHeart(coordinator.clone()));
+        let link = WorkerLink { outbound, inbound, blobs, heart };
+        if let Err(error) = worker.serve(link, std::future::pending()).await {
             tracing::error!(%error, "the embedded worker starts again");
             tokio::time::sleep(Duration::from_millis(100)).await;
         }

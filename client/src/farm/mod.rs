@@ -8,6 +8,7 @@ pub use open::OpenCapture;
 use gonio_coordinator::store::Blobs;
 use gonio_coordinator::{Coordinator, broker};
 use gonio_proto::convert::manifest::pack;
+use gonio_proto::convert::request::{Class, Requester};
 use gonio_proto::{Digest, limits};
 use gonio_scene::SceneError;
 use gonio_scene::files::Files;
@@ -16,6 +17,7 @@ use gonio_worker::remote::farm_client;
 use gonio_worker::renderer::{PathTracer, Renderer};
 use link::Link;
 use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
 use tokio::runtime::Runtime;
 use tonic::Status;
 
@@ -46,6 +48,8 @@ pub enum FarmError {
 #[derive(Clone)]
 pub struct Farm {
     shared: Arc<Shared>,
+    /// Whose evaluations are sent by this clone.
+    requester: Requester,
 }
 
 struct Shared {
@@ -55,6 +59,22 @@ struct Shared {
 }
 
 impl Farm {
+    fn new(runtime: Runtime, link: Link) -> Self {
+        // Another process may have the same number on another machine, but hardly from the same nanosecond.
+        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let client = format!("{}-{:x}", std::process::id(), since.as_nanos());
+        let requester = Requester { client, class: Class::Interactive };
+        Self { shared: Arc::new(Shared { runtime, link }), requester }
+    }
+
+    /// The same farm for evaluations that nobody waits for, such as a sweep's: together they get a smaller share of it
+    /// while somebody else's fit runs.
+    #[must_use]
+    pub fn for_batches(mut self) -> Self {
+        self.requester.class = Class::Batch;
+        self
+    }
+
     /// A farm inside this process, of `threads` render threads (0: one per core).
     ///
     /// # Errors
@@ -72,10 +92,10 @@ impl Farm {
         let worker = Worker::new("embedded", threads, renderer)?;
         let coordinator = {
             let _inside = runtime.enter();
-            Coordinator::new(Blobs::in_memory(), broker::LEASE)
+            Coordinator::new(Blobs::in_memory(), broker::SILENCE)
         };
         runtime.spawn(link::work_embedded(worker, coordinator.clone()));
-        Ok(Self { shared: Arc::new(Shared { runtime, link: Link::Embedded(coordinator) }) })
+        Ok(Self::new(runtime, Link::Embedded(coordinator)))
     }
 
     /// The farm whose coordinator listens at `url`.
@@ -88,7 +108,7 @@ impl Farm {
             let _inside = runtime.enter();
             Link::Remote(farm_client(url)?)
         };
-        let farm = Self { shared: Arc::new(Shared { runtime, link }) };
+        let farm = Self::new(runtime, link);
         farm.block_on(farm.shared.link.missing(&[]))?;
         Ok(farm)
     }

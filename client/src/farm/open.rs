@@ -49,7 +49,8 @@ impl Evaluate for OpenCapture {
         {
             return Err(EvaluateError::Refused(error.to_string()));
         }
-        let message = request_to_wire(self.digest, request);
+        let mut message = request_to_wire(self.digest, request);
+        self.farm.requester.sign(&mut message);
         // What the coordinator would refuse is refused here: both check by the same code.
         request_from_wire(message.clone()).map_err(|error| EvaluateError::Refused(error.to_string()))?;
         self.farm.block_on(async {

@@ -79,12 +79,16 @@ fn compare_channel(
     let variances = VarianceMap::new(observed.tile, &own);
 
     let active = &recipe.channels[channel];
-    let mut columns: Vec<Vec<(f64, f64)>> = Vec::with_capacity(active.len());
-    for column in active {
-        let halves = |p: &Prediction| [film.pixel(0, p.pixel), film.pixel(1, p.pixel)];
-        let mut values: Vec<_> = predictions.iter().map(|p| p.column(channel, column, halves(p))).collect();
-        limit(observed.tile, predictions.iter().map(|p| p.index), &mut values);
-        columns.push(values);
+    let mut columns: Vec<Vec<(f64, f64)>> = active.iter().map(|_| Vec::with_capacity(predictions.len())).collect();
+    // Pixel by pixel, as the film lies in memory: a hundred columns of it are larger than a cache.
+    for p in predictions {
+        let halves = [film.pixel(0, p.pixel), film.pixel(1, p.pixel)];
+        for (values, column) in columns.iter_mut().zip(active) {
+            values.push(p.column(channel, column, halves));
+        }
+    }
+    for values in &mut columns {
+        limit(observed.tile, predictions.iter().map(|p| p.index), values);
     }
     let mut gram = Gram::new(1 + active.len());
     let mut log_variance = LogSum::default();

@@ -2,6 +2,7 @@
 
 use crate::aggregate::Reduction;
 use crate::split::{Part, Split};
+use gonio_proto::convert::request::Requester;
 use gonio_proto::convert::task::{AttemptId, Setup, Task};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::oneshot;
@@ -34,6 +35,8 @@ pub type Outcome = Result<(), Failure>;
 /// What is the same for as long as an evaluation runs, and the reduction of what it yields.
 #[derive(Debug)]
 pub struct Active {
+    /// Whose it is.
+    pub requester: Requester,
     /// What workers are told before their first task of it.
     pub setup: Setup,
     /// Its tasks.
@@ -52,6 +55,7 @@ impl Active {
     /// An evaluation that runs, and where its outcome will be told.
     #[must_use]
     pub fn new(
+        requester: Requester,
         setup: Setup,
         split: Arc<Split>,
         photos: Vec<usize>,
@@ -59,7 +63,7 @@ impl Active {
         reduction: Reduction,
     ) -> (Self, oneshot::Receiver<Outcome>) {
         let (sender, receiver) = oneshot::channel();
-        (Self { setup, split, photos, seed, reduction, outcome: Mutex::new(Some(sender)) }, receiver)
+        (Self { requester, setup, split, photos, seed, reduction, outcome: Mutex::new(Some(sender)) }, receiver)
     }
 
     /// Ends the evaluation, unless it has ended.

@@ -1,10 +1,10 @@
 //! One worker's stream: checks what it says, and turns it into calls of the broker.
 
-use super::{Broker, ToWorker};
+use super::{Broker, Loss, ToWorker};
 use gonio_proto::convert::film::{FilmAssembly, FilmShape};
 use gonio_proto::convert::task::{AttemptId, Hello};
 use gonio_proto::wire::from_worker::Message;
-use gonio_proto::{WireError, limits, wire};
+use gonio_proto::{WireError, wire};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
@@ -32,6 +32,7 @@ where
         let result = tokio::select! {
             result = session(&broker, inbound, &outbound) => result,
             () = outbound.closed() => Ok(()),
+            () = broker.closed() => Err(Status::unavailable("the coordinator stops")),
         };
         if let Err(status) = result {
             tracing::warn!(reason = status.message(), "a worker's stream broke");
@@ -45,11 +46,13 @@ where
 struct Joined<'b> {
     broker: &'b Broker,
     worker: u64,
+    /// How its leases end: by a death, unless something better is known.
+    loss: Loss,
 }
 
 impl Drop for Joined<'_> {
     fn drop(&mut self) {
-        self.broker.leave(self.worker);
+        self.broker.leave(self.worker, self.loss);
     }
 }
 
@@ -73,7 +76,7 @@ where
         return Err(Status::failed_precondition(text));
     }
     let worker = broker.join(hello, outbound.clone());
-    let joined = Joined { broker, worker };
+    let mut joined = Joined { broker, worker, loss: Loss::Died };
     let mut films = Films {
         broker: Arc::clone(broker),
         worker,
@@ -84,18 +87,25 @@ where
     loop {
         tokio::select! {
             message = inbound.next(), if films.commits.len() < COMMITS_AT_ONCE => match message {
-                Some(message) => films.receive(message?)?,
+                Some(message) => films.receive(message?).map_err(|error| joined.ban(error))?,
                 None => break,
             },
-            Some(result) = films.commits.join_next() => films.committed(result)?,
+            Some(result) = films.commits.join_next() => films.committed(result).map_err(|error| joined.ban(error))?,
         }
     }
     // What has come completely is accepted before the worker's leases end.
     while let Some(result) = films.commits.join_next().await {
-        films.committed(result)?;
+        films.committed(result).map_err(|error| joined.ban(error))?;
     }
-    drop(joined);
     Ok(())
+}
+
+impl Joined<'_> {
+    /// The worker itself is sent away: its tasks are no suspects of having killed it.
+    fn ban(&mut self, error: impl Into<Status>) -> Status {
+        self.loss = Loss::Banned;
+        error.into()
+    }
 }
 
 /// The results that a worker is sending.
@@ -118,15 +128,9 @@ impl Films {
         let (broker, worker) = (&self.broker, self.worker);
         match message {
             Message::Hello(_) => return Err(WireError::new("FromWorker.hello", "came a second time")),
-            Message::Ask(ask) => broker.ask(worker, ask.tasks),
-            Message::Renew(renew) => {
-                if renew.attempts.len() > limits::CREDITS as usize {
-                    let problem = format!("has {} entries, the limit is {}", renew.attempts.len(), limits::CREDITS);
-                    return Err(WireError::new("Renew.attempts", problem));
-                }
-                let ids = renew.attempts.into_iter().map(|id| AttemptId::from_wire("Renew.attempts", Some(id)));
-                broker.renew(worker, ids.collect::<Result<Vec<_>, _>>()?);
-            }
+            Message::Ask(ask) => broker.ask(worker, ask.credits),
+            Message::Leaving(_) => broker.stops(worker),
+            Message::Started(started) => broker.start(worker, AttemptId::from_wire("Started.id", started.id)?),
             Message::Chunk(chunk) => self.add(chunk)?,
             Message::Commit(commit) => self.commit(commit)?,
             Message::Failed(failed) => {
@@ -137,11 +141,7 @@ impl Films {
             Message::Released(released) => {
                 let id = AttemptId::from_wire("Released.id", released.id)?;
                 self.open.remove(&id);
-                broker.release(
-                    worker,
-                    id,
-                    if released.text.is_empty() { "its worker stopped" } else { &released.text },
-                );
+                broker.release(worker, id, &gonio_proto::convert::text(&released.text));
             }
         }
         Ok(())
@@ -183,7 +183,8 @@ impl Films {
         self.sent.insert(id);
         self.commits.spawn_blocking(move || {
             let film = film.finish(&commit)?;
-            let Some((active, part)) = broker.commit(worker, id) else { return Ok(id) };
+            let render_time = Duration::from_micros(commit.render_microseconds);
+            let Some((active, part)) = broker.commit(worker, id, render_time) else { return Ok(id) };
             let reduced = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| active.reduction.add(&part, film)));
             match reduced {
                 Ok(true) => active.end(Ok(())),

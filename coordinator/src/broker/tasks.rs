@@ -3,16 +3,31 @@
 //! Memory and time are linear in what happens, not in the number of tasks: tasks that nobody has touched yet are no more
 //! than a counter.
 
+use super::loss::{History, Loss};
 use std::collections::{BTreeMap, BTreeSet};
 use tokio::time::Instant;
 
-/// A worker's right to commit an attempt, until it expires.
+/// A worker's right to commit an attempt. It lasts until the worker commits, gives back, goes or falls silent, or until
+/// another attempt commits the task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Lease {
     /// Who holds it.
     pub worker: u64,
-    /// When the sweep may take it away.
-    pub expires: Instant,
+    /// When it was granted; from [`Tasks::start`] on, when the rendering began.
+    pub since: Instant,
+    /// Whether the worker has begun to render.
+    pub rendering: bool,
+    /// What the client was charged for it in advance, microseconds of one render thread.
+    pub charged: u32,
+}
+
+/// What a commit has ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Committed {
+    /// The lease of the attempt that was committed.
+    pub lease: Lease,
+    /// The other attempts at the task, over now, and who made them.
+    pub others: Vec<(u32, u64)>,
 }
 
 /// The state of every task of one evaluation.
@@ -24,11 +39,11 @@ pub struct Tasks {
     untouched: u64,
     /// Tasks that were handed out and came back; they go first, for others wait for their tile.
     returned: BTreeSet<u64>,
-    /// Live attempts by task and attempt. Granted by [`Tasks::take`], renewed by their worker, ended by its commit,
-    /// failure or loss, or by the sweep.
+    /// Live attempts by task and attempt. Granted by [`Tasks::take`] and [`Tasks::second`], ended by a commit of their
+    /// task or by [`Tasks::give_back`].
     leases: BTreeMap<(u64, u32), Lease>,
-    /// Attempts that ended without a commit, of tasks that had any.
-    lost_attempts: BTreeMap<u64, u32>,
+    /// Of tasks with more than a first attempt, or a lost one, until they are committed.
+    histories: BTreeMap<u64, History>,
     /// One bit per task: set by the first valid commit, never cleared.
     committed: Vec<u64>,
     /// Number of bits set.
@@ -44,16 +59,16 @@ impl Tasks {
             untouched: 0,
             returned: BTreeSet::new(),
             leases: BTreeMap::new(),
-            lost_attempts: BTreeMap::new(),
+            histories: BTreeMap::new(),
             committed: vec![0; total.div_ceil(64) as usize],
             done: 0,
         }
     }
 
-    /// Whether a task waits to be handed out.
+    /// Tasks that wait to be handed out.
     #[must_use]
-    pub fn is_ready(&self) -> bool {
-        !self.returned.is_empty() || self.untouched < self.total
+    pub fn waiting(&self) -> u64 {
+        self.returned.len() as u64 + self.total - self.untouched
     }
 
     /// Tasks committed, and tasks in all.
@@ -62,19 +77,41 @@ impl Tasks {
         (self.done, self.total)
     }
 
+    /// The next task to be handed out.
+    #[must_use]
+    pub fn next(&self) -> Option<u64> {
+        self.returned.first().copied().or_else(|| (self.untouched < self.total).then_some(self.untouched))
+    }
+
     /// Leases the next task to a worker: its index and attempt.
     pub fn take(&mut self, lease: Lease) -> Option<(u64, u32)> {
-        let task = match self.returned.pop_first() {
-            Some(task) => task,
-            None if self.untouched < self.total => {
-                self.untouched += 1;
-                self.untouched - 1
-            }
-            None => return None,
-        };
-        let attempt = self.lost_attempts.get(&task).copied().unwrap_or(0);
+        let task = self.next()?;
+        if !self.returned.remove(&task) {
+            self.untouched += 1;
+        }
+        let attempt = self.histories.get(&task).map_or(0, |history| history.next_attempt);
         self.leases.insert((task, attempt), lease);
         Some((task, attempt))
+    }
+
+    /// Leases a task that another worker holds: its attempt. Whoever commits first ends the other.
+    pub fn second(&mut self, task: u64, lease: Lease) -> Option<u32> {
+        let (_, last) = *self.attempts(task).last()?.0;
+        let history = self.histories.entry(task).or_default();
+        let attempt = history.next_attempt.max(last + 1);
+        history.next_attempt = attempt + 1;
+        self.leases.insert((task, attempt), lease);
+        Some(attempt)
+    }
+
+    /// Hands out nothing any more: the evaluation has failed.
+    pub fn stop(&mut self) {
+        self.returned.clear();
+        self.untouched = self.total;
+    }
+
+    fn attempts(&self, task: u64) -> std::collections::btree_map::Range<'_, (u64, u32), Lease> {
+        self.leases.range((task, 0)..=(task, u32::MAX))
     }
 
     /// Whether `worker` holds the lease of this attempt.
@@ -83,44 +120,63 @@ impl Tasks {
         self.leases.get(&(task, attempt)).is_some_and(|lease| lease.worker == worker)
     }
 
-    /// Extends a lease; does nothing if `worker` does not hold it.
-    pub fn renew(&mut self, task: u64, attempt: u32, lease: Lease) {
-        if let Some(held) = self.leases.get_mut(&(task, attempt)).filter(|held| held.worker == lease.worker) {
-            *held = lease;
+    /// Notes that the holder of a lease begins to render; does nothing if `worker` does not hold it.
+    pub fn start(&mut self, task: u64, attempt: u32, worker: u64) {
+        if let Some(held) = self.leases.get_mut(&(task, attempt)).filter(|held| held.worker == worker) {
+            (held.rendering, held.since) = (true, Instant::now());
         }
     }
 
-    /// Commits an attempt. `false`: its lease has ended or was never `worker`'s, or the task is committed already; then
-    /// nothing changes.
-    pub fn commit(&mut self, task: u64, attempt: u32, worker: u64) -> bool {
-        let (word, bit) = ((task / 64) as usize, 1 << (task % 64));
-        if !self.is_held(task, attempt, worker) || self.committed[word] & bit != 0 {
-            return false;
-        }
-        self.leases.remove(&(task, attempt));
-        self.lost_attempts.remove(&task);
-        self.committed[word] |= bit;
-        self.done += 1;
-        true
-    }
-
-    /// Ends an attempt without a result and puts its task back. Returns how many attempts the task has lost, or `None`
-    /// if `worker` does not hold the lease.
-    pub fn give_back(&mut self, task: u64, attempt: u32, worker: u64) -> Option<u32> {
+    /// Commits an attempt. `None`: its lease has ended or was never `worker`'s; then nothing changes.
+    pub fn commit(&mut self, task: u64, attempt: u32, worker: u64) -> Option<Committed> {
         if !self.is_held(task, attempt, worker) {
             return None;
         }
-        self.leases.remove(&(task, attempt));
-        self.returned.insert(task);
-        let lost = self.lost_attempts.entry(task).or_default();
-        *lost += 1;
-        Some(*lost)
+        let lease = self.leases.remove(&(task, attempt))?;
+        let others: Vec<_> = self.attempts(task).map(|((_, attempt), lease)| (*attempt, lease.worker)).collect();
+        for (other, _) in &others {
+            self.leases.remove(&(task, *other));
+        }
+        self.histories.remove(&task);
+        let (word, bit) = ((task / 64) as usize, 1 << (task % 64));
+        // Only leases of tasks without a commit live, so this bit is new.
+        debug_assert_eq!(self.committed[word] & bit, 0);
+        self.committed[word] |= bit;
+        self.done += 1;
+        Some(Committed { lease, others })
+    }
+
+    /// Ends an attempt without a result. Its task waits again, unless another attempt lives or it has been lost too
+    /// often. Returns what the task has been through, or `None` if `worker` does not hold the lease.
+    pub fn give_back(&mut self, task: u64, attempt: u32, worker: u64, loss: Loss) -> Option<History> {
+        if !self.is_held(task, attempt, worker) {
+            return None;
+        }
+        let lease = self.leases.remove(&(task, attempt))?;
+        let history = self.histories.entry(task).or_default();
+        history.next_attempt = history.next_attempt.max(attempt + 1);
+        history.add(loss, lease.rendering);
+        let history = *history;
+        if history.is_bearable() && self.attempts(task).next().is_none() {
+            self.returned.insert(task);
+        }
+        Some(history)
     }
 
     /// The leases that a predicate picks: task, attempt and worker.
     pub fn leased(&self, pick: impl Fn(&Lease) -> bool) -> Vec<(u64, u32, u64)> {
         let picked = self.leases.iter().filter(|(_, lease)| pick(lease));
         picked.map(|((task, attempt), lease)| (*task, *attempt, lease.worker)).collect()
+    }
+
+    /// Tasks with a single attempt that has taken since before `before`: since when, and whose. The longest comes first.
+    #[must_use]
+    pub fn stragglers(&self, before: Instant) -> Vec<(Instant, u64, u64)> {
+        let old = self.leases.iter().filter(|(_, lease)| lease.since < before);
+        let alone = old.filter(|((task, _), _)| self.attempts(*task).count() == 1);
+        let mut stragglers: Vec<_> = alone.map(|((task, _), lease)| (lease.since, *task, lease.worker)).collect();
+        stragglers.sort_unstable();
+        stragglers
     }
 }
 
@@ -130,7 +186,7 @@ mod tests {
     use std::time::Duration;
 
     fn lease(worker: u64) -> Lease {
-        Lease { worker, expires: Instant::now() + Duration::from_secs(1) }
+        Lease { worker, since: Instant::now(), rendering: false, charged: 0 }
     }
 
     #[test]
@@ -138,39 +194,63 @@ mod tests {
         let mut tasks = Tasks::new(3);
         assert_eq!(tasks.take(lease(1)), Some((0, 0)));
         assert_eq!(tasks.take(lease(2)), Some((1, 0)));
-        assert_eq!(tasks.give_back(0, 0, 1), Some(1));
+        assert_eq!(tasks.waiting(), 1);
+        tasks.give_back(0, 0, 1, Loss::HandedBack).unwrap();
+        assert_eq!((tasks.waiting(), tasks.next()), (2, Some(0)));
         assert_eq!(tasks.take(lease(2)), Some((0, 1)));
         assert_eq!(tasks.take(lease(2)), Some((2, 0)));
         assert_eq!(tasks.take(lease(2)), None);
-        assert!(!tasks.is_ready());
+        assert_eq!(tasks.waiting(), 0);
     }
 
     #[test]
     fn only_the_holder_of_a_live_lease_commits_and_once() {
         let mut tasks = Tasks::new(70);
         while tasks.take(lease(1)).is_some() {}
-        assert!(!tasks.commit(69, 0, 2), "another worker's lease");
-        assert!(!tasks.commit(69, 1, 1), "an attempt that was never made");
-        assert!(!tasks.commit(u64::MAX, 0, 1), "a task that does not exist");
-        assert!(tasks.commit(69, 0, 1));
-        assert!(!tasks.commit(69, 0, 1), "twice");
+        assert_eq!(tasks.commit(69, 0, 2), None, "another worker's lease");
+        assert_eq!(tasks.commit(69, 1, 1), None, "an attempt that was never made");
+        assert_eq!(tasks.commit(u64::MAX, 0, 1), None, "a task that does not exist");
+        assert!(tasks.commit(69, 0, 1).is_some());
+        assert_eq!(tasks.commit(69, 0, 1), None, "twice");
         assert_eq!(tasks.done(), (1, 70));
-        tasks.give_back(3, 0, 1).unwrap();
-        assert!(!tasks.commit(3, 0, 1), "a lease that has ended");
-        assert_eq!(tasks.give_back(3, 0, 1), None);
+        tasks.give_back(3, 0, 1, Loss::Silent).unwrap();
+        assert_eq!(tasks.commit(3, 0, 1), None, "a lease that has ended");
+        assert_eq!(tasks.give_back(3, 0, 1, Loss::Silent), None);
     }
 
     #[test]
-    fn a_lease_is_renewed_by_its_holder_only() {
-        let mut tasks = Tasks::new(1);
+    fn the_first_of_two_attempts_ends_the_other() {
+        let mut tasks = Tasks::new(2);
         let start = Instant::now();
-        let until = |worker, seconds| Lease { worker, expires: start + Duration::from_secs(seconds) };
-        tasks.take(until(1, 10));
-        let expired =
-            |tasks: &Tasks, seconds| !tasks.leased(|l| l.expires <= start + Duration::from_secs(seconds)).is_empty();
-        tasks.renew(0, 0, until(2, 99));
-        assert!(expired(&tasks, 10));
-        tasks.renew(0, 0, until(1, 20));
-        assert!(!expired(&tasks, 19) && expired(&tasks, 20));
+        for worker in [1, 2] {
+            tasks.take(Lease { since: start + Duration::from_secs(worker), ..lease(worker) });
+        }
+        let stragglers = |tasks: &Tasks, seconds| -> Vec<(u64, u64)> {
+            let found = tasks.stragglers(start + Duration::from_secs(seconds));
+            found.into_iter().map(|(_, task, worker)| (task, worker)).collect()
+        };
+        assert_eq!(stragglers(&tasks, 2), [(0, 1)]);
+        assert_eq!(stragglers(&tasks, 3), [(0, 1), (1, 2)]);
+        assert_eq!(tasks.second(0, lease(2)), Some(1));
+        assert_eq!(stragglers(&tasks, 3), [(1, 2)], "nobody tries a third time");
+        assert_eq!(tasks.commit(0, 1, 2).unwrap().others, [(0, 1)]);
+        assert_eq!((tasks.commit(0, 0, 1), tasks.done()), (None, (1, 2)));
+        // And of two that are lost, the last puts the task back.
+        assert_eq!(tasks.second(1, lease(1)), Some(1));
+        tasks.give_back(1, 0, 2, Loss::Silent).unwrap();
+        assert_eq!(tasks.next(), None);
+        tasks.give_back(1, 1, 1, Loss::Silent).unwrap();
+        assert_eq!(tasks.take(lease(3)), Some((1, 2)));
+    }
+
+    #[test]
+    fn a_task_that_is_not_bearable_is_not_handed_out_again() {
+        let mut tasks = Tasks::new(1);
+        for deaths in 1..=super::super::loss::MOST_DEATHS {
+            let (task, attempt) = tasks.take(lease(1)).unwrap();
+            tasks.start(task, attempt, 1);
+            assert_eq!(tasks.give_back(task, attempt, 1, Loss::Died).unwrap().deaths, deaths);
+        }
+        assert_eq!(tasks.next(), None);
     }
 }

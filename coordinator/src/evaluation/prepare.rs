@@ -6,6 +6,7 @@ use crate::aggregate::{Recipe, Reduction};
 use crate::broker::{Active, Failure, Outcome};
 use crate::split::{PhotoArea, Split};
 use futures::{FutureExt, StreamExt, TryStreamExt};
+use gonio_proto::convert::request::Requester;
 use gonio_proto::convert::task::Setup;
 use gonio_proto::{Digest, limits};
 use gonio_scene::derivative::Plan;
@@ -27,6 +28,7 @@ pub type Prepared = (Arc<Active>, oneshot::Receiver<Outcome>);
 pub async fn prepare(
     captures: &Captures,
     evaluation: u64,
+    requester: Requester,
     digest: Digest,
     request: EvaluationRequest,
 ) -> Result<Prepared, Failure> {
@@ -76,8 +78,9 @@ pub async fn prepare(
         let first_hits = request.output == Output::FirstHit;
         // First hits depend on no derivative: without columns, workers find the scene that they prepared before.
         let columns = if first_hits { Vec::new() } else { request.columns };
-        let setup = Setup { evaluation, capture: digest, numbers: request.numbers, columns, first_hits };
-        let (active, outcome) = Active::new(setup, split, request.photos, request.seed, reduction);
+        let class = requester.class;
+        let setup = Setup { evaluation, capture: digest, numbers: request.numbers, columns, first_hits, class };
+        let (active, outcome) = Active::new(requester, setup, split, request.photos, request.seed, reduction);
         Ok((Arc::new(active), outcome))
     };
     tokio::task::spawn_blocking(cpu).await.map_err(Failure::of_farm)?

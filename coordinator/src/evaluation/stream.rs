@@ -3,7 +3,9 @@
 use super::prepare::prepare;
 use crate::Coordinator;
 use crate::broker::{Active, Failure};
+use crate::intake::Turn;
 use gonio_proto::convert::event::{Event, film_chunks};
+use gonio_proto::convert::request::Requester;
 use gonio_proto::{Digest, wire};
 use gonio_scene::{EvaluationRequest, Progress};
 use std::sync::Arc;
@@ -20,15 +22,17 @@ const EVENTS: usize = 8;
 /// Runs an evaluation for as long as somebody reads its events.
 pub fn evaluate(
     coordinator: Coordinator,
+    turn: Turn,
+    requester: Requester,
     digest: Digest,
     request: EvaluationRequest,
 ) -> ReceiverStream<wire::EvaluationEvent> {
     let (events, receiver) = mpsc::channel(EVENTS);
     tokio::spawn(async move {
         let evaluation = coordinator.broker.new_evaluation();
-        tracing::info!(evaluation, capture = %digest, photos = request.photos.len(), samples = request.samples, "accepted");
+        tracing::info!(evaluation, client = requester.client, class = ?requester.class, capture = %digest, photos = request.photos.len(), samples = request.samples, "accepted");
         let end = tokio::select! {
-            end = run(&coordinator, evaluation, digest, request, &events) => end,
+            end = run(&coordinator, evaluation, requester, digest, request, &events) => end,
             () = events.closed() => Err(Failure::of_farm("the client is gone")),
         };
         let counters = coordinator.broker.counters();
@@ -39,6 +43,7 @@ pub fn evaluate(
                 let _ = events.send(Event::Failed { request_at_fault, text }.into()).await;
             }
         }
+        drop(turn);
     });
     ReceiverStream::new(receiver)
 }
@@ -47,13 +52,14 @@ pub fn evaluate(
 async fn run(
     coordinator: &Coordinator,
     evaluation: u64,
+    requester: Requester,
     digest: Digest,
     request: EvaluationRequest,
     events: &mpsc::Sender<wire::EvaluationEvent>,
 ) -> Result<(), Failure> {
     let _ = events.send(Event::Accepted(evaluation).into()).await;
     let broker = &coordinator.broker;
-    let (active, mut outcome) = prepare(&coordinator.captures, evaluation, digest, request).await?;
+    let (active, mut outcome) = prepare(&coordinator.captures, evaluation, requester, digest, request).await?;
     let registration = broker.submit(Arc::clone(&active));
     let mut ticks = tokio::time::interval(PROGRESS);
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);

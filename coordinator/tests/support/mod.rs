@@ -3,7 +3,7 @@
 // Each test uses its own part; a helper of tests may unwrap as they do.
 #![allow(dead_code, missing_docs, clippy::unwrap_used)]
 
-use futures::StreamExt;
+use futures::{FutureExt, StreamExt};
 use gonio_coordinator::Coordinator;
 use gonio_coordinator::broker::ToWorker;
 use gonio_coordinator::store::Blobs;
@@ -12,19 +12,21 @@ use gonio_proto::convert::event::{Event, FilmCollector};
 use gonio_proto::convert::film::film_to_wire;
 use gonio_proto::convert::manifest::pack;
 use gonio_proto::convert::request::request_to_wire;
-use gonio_proto::convert::task::{AttemptId, Task};
+use gonio_proto::convert::task::{AttemptId, Task, tasks_from_wire};
 use gonio_proto::wire::{self, from_worker, to_worker};
 use gonio_scene::files::{Files, MemoryFiles};
 use gonio_scene::film::TileFilm;
 use gonio_scene::{EvaluationRequest, Film, Output};
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::mpsc;
+use tokio::task::JoinSet;
 use tokio_stream::wrappers::{ReceiverStream, UnboundedReceiverStream};
 use tonic::Status;
 
 /// Of every test's coordinator.
-pub const LEASE: Duration = Duration::from_secs(30);
+pub const SILENCE: Duration = gonio_coordinator::broker::SILENCE;
 
 const TOML: &str = r#"
     format = 1
@@ -37,7 +39,7 @@ const TOML: &str = r#"
 
 /// A coordinator whose store holds a capture of one photo of two tiles.
 pub async fn coordinator() -> (Coordinator, Digest) {
-    let coordinator = Coordinator::new(Blobs::in_memory(), LEASE);
+    let coordinator = Coordinator::new(Blobs::in_memory(), SILENCE);
     let files = MemoryFiles([("capture.toml".to_owned(), Arc::from(TOML.as_bytes()))].into());
     let digest = store(&coordinator, &files).await;
     (coordinator, digest)
@@ -74,31 +76,69 @@ pub fn request(digest: Digest, chunks: u32) -> wire::EvaluationRequest {
 pub struct Script {
     pub say: mpsc::Sender<Result<wire::FromWorker, Status>>,
     hear: UnboundedReceiverStream<ToWorker>,
+    /// Tasks that came with the last one.
+    along: VecDeque<Task>,
+    /// Beats; ends with the script.
+    heart: JoinSet<()>,
+    worker: u64,
+    epoch: u64,
 }
 
 impl Script {
     /// Connects; says nothing yet.
     pub fn silent(coordinator: &Coordinator) -> Self {
         let (say, receiver) = mpsc::channel(64);
-        Self { say, hear: coordinator.work(ReceiverStream::new(receiver)) }
+        let hear = coordinator.work(ReceiverStream::new(receiver));
+        Self { say, hear, along: VecDeque::new(), heart: JoinSet::new(), worker: 0, epoch: 0 }
     }
 
     /// Connects, says hello, is welcomed, asks for `tasks`.
-    pub async fn join(coordinator: &Coordinator, tasks: u32) -> Self {
+    pub async fn join(coordinator: &Coordinator, credits: u32) -> Self {
+        Self::join_with(coordinator, credits, 0).await
+    }
+
+    /// The same, with some of its credits for interactive evaluations only.
+    pub async fn join_with(coordinator: &Coordinator, credits: u32, reserved_credits: u32) -> Self {
         let mut script = Self::silent(coordinator);
         let version = gonio_proto::VERSION.to_owned();
-        script.says(from_worker::Message::Hello(wire::Hello { name: "script".into(), slots: 1, version })).await;
-        assert!(matches!(script.hears().await, to_worker::Message::Welcome(_)));
-        script.asks(tasks).await;
+        let hello = wire::Hello { name: "script".into(), slots: 1, version, reserved_credits };
+        script.says(from_worker::Message::Hello(hello)).await;
+        let to_worker::Message::Welcome(welcome) = script.hears().await else { panic!("not welcome") };
+        assert_eq!(welcome.silence_milliseconds, 4000);
+        (script.worker, script.epoch) = (welcome.worker, welcome.epoch);
+        script.beats(coordinator);
+        script.asks(credits).await;
         script
+    }
+
+    /// Beats from now on.
+    pub fn beats(&mut self, coordinator: &Coordinator) {
+        let (coordinator, worker, epoch) = (coordinator.clone(), self.worker, self.epoch);
+        self.heart.spawn(async move {
+            while coordinator.beat(worker, epoch).is_ok() {
+                tokio::time::sleep(SILENCE / 4).await;
+            }
+        });
+    }
+
+    /// Beats no more.
+    pub fn falls_silent(&mut self) {
+        self.heart.abort_all();
+    }
+
+    /// Its process dies; the coordinator knows when this returns.
+    pub async fn dies(self) {
+        let Self { say, mut hear, .. } = self;
+        drop(say);
+        while hear.next().await.is_some() {}
     }
 
     pub async fn says(&self, message: from_worker::Message) {
         self.say.send(Ok(wire::FromWorker { message: Some(message) })).await.unwrap();
     }
 
-    pub async fn asks(&self, tasks: u32) {
-        self.says(from_worker::Message::Ask(wire::Ask { tasks })).await;
+    pub async fn asks(&self, credits: u32) {
+        self.says(from_worker::Message::Ask(wire::Ask { credits })).await;
     }
 
     /// What the coordinator says next.
@@ -119,13 +159,31 @@ impl Script {
 
     /// The next task; the setup that comes before the first is passed over.
     pub async fn task(&mut self) -> Task {
+        if self.along.is_empty() {
+            self.along = self.tasks().await.into();
+        }
+        self.along.pop_front().unwrap()
+    }
+
+    /// What the next credit buys.
+    pub async fn tasks(&mut self) -> Vec<Task> {
         loop {
             match self.hears().await {
-                to_worker::Message::Task(task) => return Task::try_from(task).unwrap(),
+                to_worker::Message::Tasks(tasks) => return tasks_from_wire(tasks).unwrap(),
                 to_worker::Message::Setup(_) => {}
                 other => panic!("no task but {other:?}"),
             }
         }
+    }
+
+    /// Whether nothing was said to it that it has not heard.
+    pub fn hears_nothing(&mut self) -> bool {
+        self.along.is_empty() && self.hear.next().now_or_never().is_none()
+    }
+
+    /// Begins to render.
+    pub async fn starts(&self, task: &Task) {
+        self.says(from_worker::Message::Started(wire::Started { id: Some(task.id.into()) })).await;
     }
 
     /// Sends the good result of a task.
@@ -139,9 +197,12 @@ impl Script {
         }
     }
 
-    pub async fn renews(&self, tasks: &[&Task]) {
-        let attempts = tasks.iter().map(|task| task.id.into()).collect();
-        self.says(from_worker::Message::Renew(wire::Renew { attempts })).await;
+    /// Sends the good result of a task that took a tenth of a second.
+    pub async fn commits_slowly(&self, task: &Task) {
+        tokio::time::sleep(Duration::from_millis(100)).await;
+        for message in film_to_wire(task.id, &film(task), Duration::from_millis(100)) {
+            self.say.send(Ok(message)).await.unwrap();
+        }
     }
 }
 

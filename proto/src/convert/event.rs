@@ -130,7 +130,7 @@ pub fn film_chunks(film: &Film) -> impl Iterator<Item = Event> + use<> {
         offset_bytes: 0,
         data: Bytes::new(),
     };
-    let bytes = super::film::floats_to_wire(film.channels.iter().flatten());
+    let bytes = super::film::floats_to_wire(film.channels.iter().map(Vec::as_slice));
     (0..bytes.len()).step_by(limits::CHUNK_BYTES).map(move |start| {
         let data = bytes.slice(start..bytes.len().min(start + limits::CHUNK_BYTES));
         Event::Film(wire::FilmChunk { offset_bytes: start as u64, data, ..header.clone() })

@@ -32,9 +32,18 @@ impl FilmShape {
     }
 }
 
-/// Little-endian bytes of `values`.
-pub fn floats_to_wire<'v>(values: impl IntoIterator<Item = &'v f32>) -> Bytes {
-    values.into_iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>().into()
+/// Little-endian bytes of the numbers of all `runs`.
+pub fn floats_to_wire<'v>(runs: impl IntoIterator<Item = &'v [f32], IntoIter: Clone>) -> Bytes {
+    let runs = runs.into_iter();
+    let mut bytes = vec![0; 4 * runs.clone().map(<[f32]>::len).sum::<usize>()];
+    let mut rest = bytes.as_chunks_mut::<4>().0;
+    for run in runs {
+        let (place, after) = rest.split_at_mut(run.len());
+        // Where bytes lie as they are sent, this is a plain copy.
+        place.iter_mut().zip(run).for_each(|(bytes, value)| *bytes = value.to_le_bytes());
+        rest = after;
+    }
+    bytes.into()
 }
 
 /// Copies numbers out of little-endian bytes, which need not be aligned, onto the end of `values`.
@@ -60,7 +69,7 @@ pub(super) fn append_floats(field: &str, bytes: &[u8], values: &mut Vec<f32>) ->
 /// The messages that return `film`: its chunks, then the commit.
 pub fn film_to_wire(id: AttemptId, film: &TileFilm, render_time: Duration) -> impl Iterator<Item = wire::FromWorker> {
     use wire::from_worker::Message;
-    let bytes = floats_to_wire(&film.data);
+    let bytes = floats_to_wire([&*film.data]);
     let commit = wire::Commit {
         id: Some(id.into()),
         size_bytes: bytes.len() as u64,

@@ -1,12 +1,69 @@
 //! What a client asks for.
 
-use super::{Digest, Result, WireError, at_most, finite, named};
+use super::{Digest, Result, WireError, at_most, finite, named, text};
 use crate::{limits, wire};
 use gonio_scene::capture::Range;
 use gonio_scene::{EvaluationRequest, Output, Parameter, Term};
 use std::collections::BTreeSet;
 
-/// The message for `request` about the capture `digest`.
+/// Who asks: the farm is shared between requesters by the weight of their class.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub struct Requester {
+    /// A name that others do not use; empty where every evaluation is to count as a client of its own.
+    pub client: String,
+    /// How urgent it is.
+    pub class: Class,
+}
+
+impl Requester {
+    /// Who sends a message.
+    ///
+    /// # Errors
+    /// A name that is too long, a class that is unknown here.
+    pub fn of(message: &wire::EvaluationRequest) -> Result<Self> {
+        if message.client.len() > limits::NAME_BYTES {
+            let problem = format!("has {} bytes, the limit is {}", message.client.len(), limits::NAME_BYTES);
+            return Err(WireError::new("EvaluationRequest.client", problem));
+        }
+        Ok(Self { client: text(&message.client), class: Class::from_wire("EvaluationRequest.class", message.class)? })
+    }
+
+    /// Signs a message.
+    pub fn sign(&self, message: &mut wire::EvaluationRequest) {
+        message.client.clone_from(&self.client);
+        message.class = self.class.to_wire();
+    }
+}
+
+/// Who waits for an evaluation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Class {
+    /// A person, or a fit.
+    #[default]
+    Interactive,
+    /// Nobody: a sweep of thousands.
+    Batch,
+}
+
+impl Class {
+    pub(super) fn to_wire(self) -> i32 {
+        match self {
+            Self::Interactive => wire::Class::Interactive,
+            Self::Batch => wire::Class::Batch,
+        }
+        .into()
+    }
+
+    pub(super) fn from_wire(field: &str, class: i32) -> Result<Self> {
+        match wire::Class::try_from(class) {
+            Ok(wire::Class::Interactive) => Ok(Self::Interactive),
+            Ok(wire::Class::Batch) => Ok(Self::Batch),
+            Err(_) => Err(WireError::new(field, format!("is {class}, unknown here"))),
+        }
+    }
+}
+
+/// The message for `request` about the capture `digest`; it is signed with [`Requester::sign`].
 #[must_use]
 pub fn request_to_wire(digest: Digest, request: &EvaluationRequest) -> wire::EvaluationRequest {
     wire::EvaluationRequest {
@@ -25,6 +82,8 @@ pub fn request_to_wire(digest: Digest, request: &EvaluationRequest) -> wire::Eva
             Output::FirstHit => wire::Output::FirstHit,
         }
         .into(),
+        client: String::new(),
+        class: wire::Class::Interactive.into(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a worker is told to render, and how it says who it is.
 
-use super::request::{columns_from_wire, columns_to_wire, numbers_from_wire, numbers_to_wire};
+use super::request::{Class, columns_from_wire, columns_to_wire, numbers_from_wire, numbers_to_wire};
 use super::{Digest, Result, WireError, named, required, text};
 use crate::{limits, wire};
 use bytes::Bytes;
@@ -54,11 +54,13 @@ pub struct Hello {
     pub slots: u32,
     /// Version of its program.
     pub version: String,
+    /// Of its credits, how many are kept for interactive evaluations.
+    pub reserved_credits: u32,
 }
 
 impl From<Hello> for wire::Hello {
     fn from(hello: Hello) -> Self {
-        Self { name: hello.name, slots: hello.slots, version: hello.version }
+        Self { name: hello.name, slots: hello.slots, version: hello.version, reserved_credits: hello.reserved_credits }
     }
 }
 
@@ -71,7 +73,7 @@ impl TryFrom<wire::Hello> for Hello {
         }
         let name = text(&named("Hello.name", hello.name, limits::NAME_BYTES)?);
         let version = text(&named("Hello.version", hello.version, limits::NAME_BYTES)?);
-        Ok(Self { name, slots: hello.slots, version })
+        Ok(Self { name, slots: hello.slots, version, reserved_credits: hello.reserved_credits.min(limits::CREDITS) })
     }
 }
 
@@ -88,6 +90,8 @@ pub struct Setup {
     pub columns: Vec<Parameter>,
     /// First hits instead of radiance.
     pub first_hits: bool,
+    /// How urgent it is.
+    pub class: Class,
 }
 
 impl From<&Setup> for wire::Setup {
@@ -98,6 +102,7 @@ impl From<&Setup> for wire::Setup {
             numbers: numbers_to_wire(&setup.numbers),
             columns: columns_to_wire(&setup.columns),
             first_hits: setup.first_hits,
+            class: setup.class.to_wire(),
         }
     }
 }
@@ -112,6 +117,7 @@ impl TryFrom<wire::Setup> for Setup {
             numbers: numbers_from_wire("Setup.numbers", setup.numbers)?,
             columns: columns_from_wire("Setup.columns", setup.columns)?,
             first_hits: setup.first_hits,
+            class: Class::from_wire("Setup.class", setup.class)?,
         })
     }
 }
@@ -120,9 +126,21 @@ impl Setup {
     /// Names what a prepared scene depends on: equal keys, equal scenes.
     #[must_use]
     pub fn scene_key(&self) -> Digest {
-        let scene = wire::Setup { evaluation: 0, first_hits: false, ..self.into() };
+        let scene = wire::Setup { evaluation: 0, first_hits: false, class: 0, ..self.into() };
         Digest::of(&scene.encode_to_vec())
     }
+}
+
+/// The tasks that one credit buys.
+///
+/// # Errors
+/// None, too many, or one that is broken.
+pub fn tasks_from_wire(tasks: wire::Tasks) -> Result<Vec<Task>> {
+    if tasks.tasks.is_empty() {
+        return Err(WireError::new("Tasks.tasks", "is empty"));
+    }
+    super::at_most("Tasks.tasks", tasks.tasks.len(), limits::TASKS_AT_ONCE)?;
+    tasks.tasks.into_iter().map(Task::try_from).collect()
 }
 
 /// One tile x sample range.

@@ -19,6 +19,9 @@ use std::time::Instant;
 /// A base model that leaves more than this part of its excess over the noise unexplained has not been explained.
 const MOSTLY: f64 = 0.5;
 
+/// The same where no covariate carries what is left: photographs may be noisier than their sensor is said to be.
+const NEARLY_ALL: f64 = 0.8;
+
 /// Chi-square per observation of a base model that is no noise, whatever it depends on: in captures of another renderer
 /// without any effect it is at most 1.05. Both that with the render's variance in the weights, which a firefly in a
 /// photograph raises, and that of residuals cut at five standard deviations, which the render's noise raises, must exceed it.
@@ -129,8 +132,8 @@ fn conclude(
         if judgement.is_some_and(|j| j.log_density_gain <= 0.0) {
             why_not = Some("does not predict the held-out photos better".to_owned());
         } else if whole.reflectance.is_empty()
-            && (strongest.is_some() || misfit(left[0]) > MISFIT)
-            && excess(after) > MOSTLY * excess(before)
+            && (strongest.is_some() && excess(after) > MOSTLY * excess(before)
+                || misfit(left[0]) > MISFIT && excess(after) > NEARLY_ALL * excess(before))
         {
             why_not = Some("leaves most of the misfit unexplained".to_owned());
         }

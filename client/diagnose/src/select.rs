@@ -191,7 +191,11 @@ fn fit_shortlist<'r>(
         let candidate = ranking.candidate(score);
         let (effect, variant) = (candidate.effect, &candidate.variant);
         if searched(score) && fitted.iter().any(|f| excess(&f.model) < ENOUGH * excess(model)) {
-            refuse(trials, effect.name, "its place was not searched, as another effect that has none explains what there is");
+            refuse(
+                trials,
+                effect.name,
+                "its place was not searched, as another effect that has none explains what there is",
+            );
             continue;
         }
         tell(observer, &DiagnoseEvent::Stage { text: format!("fitting {} {}", effect.name, variant.label) })?;

@@ -1,7 +1,7 @@
 //! Derivative images of every effect against central differences along the same paths, and images that must not change.
 
 use crate::{Prepared, Stage, TileTask};
-use gonio_scene::capture::NULL_STEP;
+use gonio_scene::capture::{NULL_STEP, VARIATIONS};
 use gonio_scene::derivative::{Contribution, Plan};
 use gonio_scene::film::{PixelSet, Tile};
 use gonio_scene::mesh::Mesh;
@@ -55,6 +55,16 @@ camera_to_world = [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 3], [0, 0, 0, 1]]
 "#
     );
     Capture::parse(&text).unwrap()
+}
+
+/// Coefficients of a bump that are not zero.
+const BUMP: [(usize, f64); 5] = [(0, 0.01), (1, 0.02), (4, -0.01), (8, 0.01), (15, 0.005)];
+
+/// A variation's coefficients as a capture has them.
+fn list(some: &[(usize, f64)]) -> String {
+    let mut all = [0.0; VARIATIONS];
+    some.iter().for_each(|(k, value)| all[*k] = *value);
+    format!("{all:?}")
 }
 
 fn ball() -> Mesh {
@@ -186,8 +196,8 @@ fn lambertian_surfaces_and_metals_at_the_null() {
 
 #[test]
 fn everything_at_once() {
-    let some = "[0.1, -0.2, 0.15, 0, 0.1, 0, 0, 0, -0.1, 0, 0, 0, 0, 0, 0, 0.1, 0, 0, 0]";
-    let bump = "[0.01, 0.02, 0, 0, -0.01, 0, 0, 0, 0.01, 0, 0, 0, 0, 0, 0, 0.005, 0, 0, 0]";
+    let some = list(&[(0, 0.1), (1, -0.2), (2, 0.15), (4, 0.1), (8, -0.1), (15, 0.1), (33, 0.05)]);
+    let bump = list(&BUMP);
     let keys = format!(
         "{PLASTIC}diffuse_roughness = 0.4\nsecond_lobe_weight = 0.3\nsecond_lobe_roughness = 0.35\n\
          clearcoat_factor = 0.5\nclearcoat_roughness = 0.3\nclearcoat_ior = 1.6\nmetallic = 0.3\n\
@@ -222,7 +232,7 @@ fn everything_at_once() {
 #[test]
 fn translucent_surfaces() {
     check(&format!("{LAMBERT}scatter_distance = 0.05\n"), &["base_color", "diffuse_roughness", "sheen_color", "bump"]);
-    let bump = "[0.01, 0.02, 0, 0, -0.01, 0, 0, 0, 0.01, 0, 0, 0, 0, 0, 0, 0.005, 0, 0, 0]";
+    let bump = list(&BUMP);
     let keys = format!(
         "{PLASTIC}scatter_distance = 0.05\nsecond_lobe_weight = 0.3\nclearcoat_factor = 0.5\nclearcoat_roughness = 0.3\nbump = {bump}\n\
          diffuse_roughness = 0.4\n"

@@ -68,7 +68,8 @@ fn evaluation(number: u64, split: Split, photos: Vec<ReducedPhoto>) -> Evaluatio
 fn small_tasks(number: u64) -> Evaluation {
     let side = 32 * SIDE;
     let pixels = (side * side) as usize;
-    let counts = (0..pixels).map(|i| i % 32 == 0 && i / side as usize % 32 == 0).collect();
+    let first = |i: usize| i.is_multiple_of(32);
+    let counts = (0..pixels).map(|i| first(i) && first(i / side as usize)).collect();
     let image = Image { width: side, height: side, pixels: vec![[0.5; 3]; pixels] };
     let photograph = Arc::new(Photograph { image, counts, clipped: 0 });
     let area = PhotoArea { width: side, height: side, counted: Some(&photograph) };

@@ -40,9 +40,10 @@ async fn main() -> anyhow::Result<()> {
     let listener = TcpListener::bind(&arguments.listen).await;
     let listener =
         listener.with_context(|| format!("cannot listen on {}; choose another --listen", arguments.listen))?;
+    // Before anybody can know that it runs, so that who stops it at once is heard.
+    let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
     println!("listening on http://{}", listener.local_addr()?);
     let coordinator = Coordinator::new(blobs, broker::SILENCE);
-    let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
     let stop = async move {
         tokio::select! {
             _ = tokio::signal::ctrl_c() => {}

@@ -338,7 +338,7 @@ async fn an_attempt_that_is_revoked_stops_and_no_other() {
     assert_eq!(script.hears().await, Some(from_worker::Message::Started(started(0))));
     let revoked = wire::Revoked { attempts: vec![started(0).id.unwrap()] };
     script.says(to_worker::Message::Revoked(revoked)).await;
-    let mut heard = vec![script.hears().await.unwrap(), script.hears().await.unwrap()];
+    let mut heard = [script.hears().await.unwrap(), script.hears().await.unwrap()];
     // The next begins on the thread before or after the first's end is said.
     heard.sort_by_key(|message| matches!(message, from_worker::Message::Started(_)));
     assert_eq!(heard[0], from_worker::Message::Ask(wire::Ask { credits: 1 }));

@@ -20,36 +20,34 @@ pub fn limit(tile: Tile, places: impl Iterator<Item = usize> + Clone, column: &m
     if column.iter().all(|(_, half)| *half == 0.0) {
         return;
     }
-    let (mut total, mut largest, mut peak) = (0.0, 0.0_f64, 0.0_f64);
-    for (mean, half) in column.iter() {
-        let (a, b) = ((mean + half).abs(), (mean - half).abs());
-        let magnitude = 0.5 * (a + b);
-        total += magnitude;
-        largest = largest.max(magnitude);
-        peak = peak.max(a).max(b);
-    }
+    let magnitude = |(mean, half): &(f64, f64)| 0.5 * ((mean + half).abs() + (mean - half).abs());
+    let mut total = 0.0;
+    column.iter().for_each(|value| total += magnitude(value));
     if total == 0.0 {
         return;
     }
     let count = column.len() as f64;
-    // Most columns of most tiles: even the highest value is below what the tile's mean alone allows every pixel, wherever
-    // it lies, so that nothing is cut. The margin is for the rounding of the sums.
-    if count > 1.0 && peak < 0.999 * TILE * (total - largest) / (count - 1.0) {
+    let allowed = |own: f64| TILE * if count > 1.0 { (total - own).max(0.0) / (count - 1.0) } else { own };
+    let is_suspect = |value: &(f64, f64)| {
+        let (a, b) = ((value.0 + value.1).abs(), (value.0 - value.1).abs());
+        a.max(b) > allowed(magnitude(value))
+    };
+    // Most columns of most tiles have none: then what lies around need not be known.
+    if !column.iter().any(is_suspect) {
         return;
     }
     let mut magnitudes = vec![None; tile.len()];
-    for (place, (mean, half)) in places.clone().zip(column.iter()) {
-        magnitudes[place] = Some(0.5 * ((mean + half).abs() + (mean - half).abs()));
+    for (place, value) in places.clone().zip(column.iter()) {
+        magnitudes[place] = Some(magnitude(value));
     }
     let around = VarianceMap::new(tile, &magnitudes);
-    for (place, (mean, half)) in places.zip(column.iter_mut()) {
-        let own = 0.5 * ((*mean + *half).abs() + (*mean - *half).abs());
-        let others = if count > 1.0 { (total - own).max(0.0) / (count - 1.0) } else { own };
-        let most = NEARBY * around.at(place).value + TILE * others;
-        let (a, b) = ((*mean + *half).clamp(-most, most), (*mean - *half).clamp(-most, most));
+    for (place, value) in places.zip(column.iter_mut()).filter(|(_, value)| is_suspect(value)) {
+        let most = NEARBY * around.at(place).value + allowed(magnitude(value));
+        let (mean, half) = *value;
+        let (a, b) = ((mean + half).clamp(-most, most), (mean - half).clamp(-most, most));
         // Untouched bits where nothing is cut.
-        if a != *mean + *half || b != *mean - *half {
-            (*mean, *half) = (0.5 * (a + b), 0.5 * (a - b));
+        if a != mean + half || b != mean - half {
+            *value = (0.5 * (a + b), 0.5 * (a - b));
         }
     }
 }

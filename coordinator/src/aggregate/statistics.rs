@@ -92,6 +92,9 @@ fn compare_channel(
     }
     let mut gram = Gram::new(1 + active.len());
     let mut log_variance = LogSum::default();
+    // In registers while the loop runs; every sum still grows observation by observation.
+    let (mut chi_square, mut squared_error) = (sums.chi_square, sums.squared_error);
+    let (mut loss_variance, mut largest) = (sums.loss_variance, sums.peak);
     for (row, p) in predictions.iter().enumerate() {
         let (value, measured, difference) = (p.value[channel], p.measured[channel], p.difference[channel]);
         let (sensor, render) = (observed.sensor.variance(value), variances.at(p.index));
@@ -103,13 +106,15 @@ fn compare_channel(
             Some(j) => columns[j][row],
         });
         let square = residual * residual;
-        sums.observations += 1;
-        sums.chi_square += score.weight * square;
-        sums.squared_error += square;
+        chi_square += score.weight * square;
+        squared_error += square;
         log_variance.add(score.variance);
-        sums.loss_variance += w * w * square * difference * difference;
-        sums.peak = sums.peak.max(measured);
+        loss_variance += w * w * square * difference * difference;
+        largest = largest.max(measured);
     }
+    sums.observations += predictions.len() as u64;
+    (sums.chi_square, sums.squared_error) = (chi_square, squared_error);
+    (sums.loss_variance, sums.peak) = (loss_variance, largest);
     sums.log_variance += log_variance.finish();
     let full = 1 + recipe.columns;
     let place = |i: usize| if i == 0 { 0 } else { 1 + active[i - 1].column };

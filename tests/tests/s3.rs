@@ -83,6 +83,8 @@ fn a_fit_over_a_bucket_has_the_bits_of_the_embedded_farm() {
     }
     assert!(server.ask("GET", "/gonio?list-type=2").contains("captures/blob/sha256/"));
 
+    sweeps(&server, &environment);
+
     // A bucket that does not exist is found out at the start.
     let mut command = Command::new(PROGRAMS.join("gonio-coordinator"));
     command.args(["--listen", "127.0.0.1:0", "--store", "s3://nowhere"]).envs(environment);
@@ -91,4 +93,31 @@ fn a_fit_over_a_bucket_has_the_bits_of_the_embedded_farm() {
     assert!(!output.status.success() && text.contains("--store s3://nowhere: cannot be used"), "{text}");
     assert!(text.contains("check that the bucket exists"), "{text}");
     std::fs::remove_file(log).unwrap();
+}
+
+/// A sweep into the bucket, part of it and then all: the tables of one into a folder, nothing rendered twice.
+fn sweeps(server: &Server, environment: &[(&str, &str)]) {
+    let top = std::env::temp_dir().join(format!("gonio-s3-sweep-{}", std::process::id()));
+    std::fs::create_dir_all(&top).unwrap();
+    let sweep = |values: &str, out: &str| {
+        let text = format!(
+            "format = 1\ncapture = {:?}\nsamples = 4\nresolution = 0.2\nphotos = [\"00\"]\noutputs = [\"exr\", \"png\"]\n\
+             [[design]]\nkind = \"grid\"\naxes = [{{ name = \"material.shell.roughness\", values = {values} }}]\n",
+            gonio_tests::captures().join("none-201")
+        );
+        std::fs::write(top.join("sweep.toml"), text).unwrap();
+        let mut command = Command::new(PROGRAMS.join("gonio"));
+        command.current_dir(&top).args(["sweep", "sweep.toml", "--json", "--out", out]);
+        let output = command.envs(environment.iter().copied()).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
+    };
+    let out = "s3://gonio/sweeps/one";
+    assert_eq!(sweep("[0.2, 0.3]", out)["rendered"], 2);
+    let all = sweep("[0.1, 0.2, 0.3, 0.4]", out);
+    assert_eq!((&all["finished_before"], &all["rendered"]), (&2.into(), &2.into()));
+    sweep("[0.1, 0.2, 0.3, 0.4]", "folder");
+    let answer = server.ask("GET", "/gonio/sweeps/one/table.csv");
+    assert!(answer.ends_with(&std::fs::read_to_string(top.join("folder/table.csv")).unwrap()), "{answer}");
+    std::fs::remove_dir_all(top).unwrap();
 }

@@ -20,7 +20,7 @@ const ROUNDS: u32 = 3;
 /// A round that leaves more than this part of chi-square was the last.
 const WORTHWHILE: f64 = 0.9;
 /// Sweeps over all numbers with one step, at most.
-const SWEEPS: u32 = 6;
+const SWEEPS: u32 = 30;
 /// Steps that a parabola may move a number by.
 const REACH: f64 = 2.0;
 
@@ -40,7 +40,18 @@ pub fn refit(
     let mut files = model.files.clone();
     let mut capture = extended(&model.capture, variant, &score.change, &mut files)?;
     let mut parts = model.parts.clone();
-    parts.push(Part { effect: candidate.effect, variant: variant.clone() });
+    parts.push(Part { effect: candidate.effect, variant: variant.coarse() });
+    if !variant.finer.is_empty() {
+        capture.fit.parameters.retain(|name| !variant.finer.contains(name));
+        let coarse = Model::fit(&capture, files.clone(), parts.clone(), options, workshop, observer)?;
+        let mut capture = coarse.capture.clone();
+        capture.fit.parameters.extend(variant.finer.iter().cloned());
+        parts.pop();
+        parts.push(Part { effect: candidate.effect, variant: variant.clone() });
+        let fine = Model::fit(&capture, files, parts, options, workshop, observer)?;
+        // Only where photos left out gain by them too.
+        return Ok(Some(if fine.gain_over(&coarse.left_out).0 > 0.0 { fine } else { coarse }));
+    }
     if variant.search.is_empty() {
         return Model::fit(&capture, files, parts, options, workshop, observer).map(Some);
     }

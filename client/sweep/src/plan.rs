@@ -1,6 +1,6 @@
 //! The plan: every frame of a sweep, in the order of its table.
 
-use crate::digest::{FrameDigest, Hasher, view_text};
+use crate::digest::Hasher;
 use crate::outputs::Output;
 use crate::points::Points;
 use crate::resolution;
@@ -9,7 +9,6 @@ use crate::{MOST_FRAMES, MOST_PHOTOS};
 use gonio_scene::capture::Photo;
 use gonio_scene::files::Files;
 use gonio_scene::{Capture, Result, SceneError};
-use std::collections::BTreeMap;
 
 /// Everything that a sweep of a capture renders.
 #[derive(Debug, Clone)]
@@ -188,64 +187,6 @@ impl Plan {
     pub fn pixels(&self, frame: &Frame) -> u64 {
         let camera = self.capture.camera_of(&self.capture.photos[frame.photo]);
         u64::from(camera.width) * u64::from(camera.height)
-    }
-
-    /// What each frame is called. `files` are the contents of what a render opens, by path, and `version` is the
-    /// program's. Frames that show the same have the same name: those that only differ by what another photo alone has,
-    /// or that set a number to what it is.
-    ///
-    /// # Errors
-    /// None for a plan that [`Sweep::plan`] made.
-    pub fn digests(&self, files: &[(String, String)], version: &str) -> Result<Vec<FrameDigest>> {
-        let mut common = Hasher::default();
-        common.field(b"gonio frame 1");
-        common.field(version.as_bytes());
-        common.number(files.len() as u64);
-        for (path, digest) in files {
-            common.field(path.as_bytes());
-            common.field(digest.as_bytes());
-        }
-        common.number(u64::from(self.samples));
-        for output in &self.outputs {
-            common.field(output.word().as_bytes());
-        }
-        if self.outputs.contains(&Output::Png) {
-            common.number(self.png_stops.to_bits());
-        }
-        let known = self.capture.numbers();
-        let of_file: Vec<Option<f64>> =
-            self.names.iter().map(|name| known.get(name).map(|(value, _)| *value)).collect();
-        // Order of names without weight: they are written as a map would list them.
-        let mut order: Vec<usize> = (0..self.names.len()).collect();
-        order.sort_by_key(|i| &self.names[*i]);
-        let mut views: BTreeMap<usize, (Hasher, String)> = BTreeMap::new();
-        let mut digests = Vec::with_capacity(self.frames.len());
-        for frame in &self.frames {
-            if !views.contains_key(&frame.photo) {
-                let photo = &self.capture.photos[frame.photo];
-                let mut hasher = common.clone();
-                hasher.number(frame.photo as u64);
-                hasher.field(view_text(&self.capture, photo)?.as_bytes());
-                views.insert(frame.photo, (hasher, format!("photo.{}.", photo.name())));
-            }
-            let (hasher, prefix) = &views[&frame.photo];
-            let mut hasher = hasher.clone();
-            hasher.number(frame.seed);
-            for &i in &order {
-                let (name, value) = (self.names[i].as_str(), self.points[frame.point][i]);
-                let name = match name.strip_prefix(prefix.as_str()) {
-                    Some(rest) => format!("photo {rest}"),
-                    None if name.starts_with("photo.") => continue,
-                    None => name.to_owned(),
-                };
-                if of_file[i].map(f64::to_bits) != Some(value.to_bits()) {
-                    hasher.field(name.as_bytes());
-                    hasher.number(value.to_bits());
-                }
-            }
-            digests.push(hasher.digest());
-        }
-        Ok(digests)
     }
 
     /// The frames of `wanted`, which ascend, in batches of consecutive ones with the same point and seed. No batch has

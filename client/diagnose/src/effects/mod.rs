@@ -247,6 +247,15 @@ impl Variant {
         }
     }
 
+    /// Without its finer coefficients.
+    #[must_use]
+    pub fn coarse(&self) -> Self {
+        let mut coarse = self.clone();
+        coarse.free.retain(|name| !self.finer.contains(name));
+        coarse.finer.clear();
+        coarse
+    }
+
     /// With something added to the capture.
     #[must_use]
     pub fn adding(mut self, structure: Structure) -> Self {

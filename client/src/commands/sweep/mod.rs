@@ -8,24 +8,25 @@ mod frame;
 mod input;
 mod place;
 mod runner;
+mod summary;
 
 use super::farm;
 use crate::arguments::SweepArguments;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::output::{Output as Folder, tell, to_json};
-use crate::progress::{Console, SweepConsole, count, metric, plural};
+use crate::output::Output as Folder;
+use crate::progress::{Console, SweepConsole, count, plural};
 use crate::relocate::relocate;
 use gonio_scene::capture::CAPTURE_FILE;
 use gonio_sweep::{Batch, FrameDigest, Record, Sheet, Table};
 use input::Planned;
 use place::Place;
 use runner::Runner;
-use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::time::Instant;
+use summary::Summary;
 
 const TABLE: [&str; 2] = ["table.csv", "table.parquet"];
 const TIMINGS: &str = "timings.csv";
@@ -39,28 +40,6 @@ const PIXELS: u64 = 1 << 26;
 
 /// Evaluations under way where nobody says otherwise and memory allows.
 const IN_FLIGHT: u64 = 16;
-
-/// What `--json` writes.
-#[derive(Serialize)]
-struct Swept<'a> {
-    sweep: String,
-    capture: &'a str,
-    out: &'a str,
-    points: usize,
-    frames: usize,
-    /// Frames that show different things: no other is rendered.
-    distinct: usize,
-    /// Distinct frames that were there before.
-    finished_before: usize,
-    rendered: usize,
-    /// Most bytes that the frames' files have.
-    bytes_at_most: u64,
-    /// In a dry run.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    estimated_seconds: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    seconds: Option<f64>,
-}
 
 /// Renders what is missing, and writes the tables once all is there.
 ///
@@ -99,7 +78,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     let left: u64 = wanted.iter().map(samples).sum();
     let pixel_bytes: u64 = plan.outputs.iter().map(|output| output.pixel_bytes()).sum();
     let pixels: u64 = first_of.values().map(|frame| plan.pixels(&plan.frames[*frame])).sum();
-    let mut swept = Swept {
+    let mut swept = Summary {
         sweep: arguments.sweep.display().to_string(),
         capture: &plan.capture.name,
         out: place.url(),
@@ -124,7 +103,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     let batches = plan.batches(&wanted, BATCH_SAMPLES);
     let in_flight = arguments.in_flight.map_or_else(|| in_flight(plan, &batches), usize::from);
     if !wanted.is_empty() {
-        let farm = farm(&arguments.farm)?;
+        let farm = farm(&arguments.farm)?.for_batches();
         let open = farm.open(&planned.files)?;
         let runner = Runner {
             plan,
@@ -162,7 +141,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
         write(&planned, &place, &sheet, &records)?;
         swept.seconds = Some(begin.elapsed().as_secs_f64());
     }
-    conclude(&swept, arguments, left)
+    swept.tell(arguments.farm.json, left)
 }
 
 /// The first frame of each digest.
@@ -202,44 +181,4 @@ fn write(
     // From a bucket no path leads to this machine but an absolute one.
     relocate(&mut here, &input.root, &place.folder().unwrap_or_else(|| Path::new("/").to_owned()))?;
     place.put(CAPTURE_FILE, here.to_toml()?.into_bytes())
-}
-
-fn conclude(swept: &Swept<'_>, arguments: &SweepArguments, left: u64) -> Result<(), Failure> {
-    if arguments.farm.json {
-        tell(&to_json(swept)?);
-        return Ok(());
-    }
-    if let Some(seconds) = swept.estimated_seconds {
-        tell(&format!(
-            "{} from {}, {} different; {} to render, {} there already",
-            plural(swept.frames, "frame"),
-            plural(swept.points, "point"),
-            swept.distinct,
-            swept.distinct - swept.finished_before,
-            swept.finished_before,
-        ));
-        let (samples, bytes) = (metric(count(left)), metric(count(swept.bytes_at_most)));
-        tell(&format!("{samples} samples, about {}; files of at most {bytes}B in all", duration(seconds)));
-        return Ok(());
-    }
-    tell(&format!(
-        "rendered {}, {} there before; wrote {}, {TIMINGS}, {}, {CAPTURE_FILE} and frames to {}: {:.1} s",
-        plural(swept.rendered, "frame"),
-        swept.finished_before,
-        TABLE.join(", "),
-        SHEET.join(", "),
-        swept.out,
-        swept.seconds.unwrap_or_default(),
-    ));
-    Ok(())
-}
-
-/// A time in two units at most.
-fn duration(seconds: f64) -> String {
-    let minutes = (seconds / 60.0).round();
-    match seconds {
-        s if s < 100.0 => format!("{s:.0} s"),
-        s if s < 6000.0 => format!("{minutes:.0} min"),
-        s => format!("{:.1} h", s / 3600.0),
-    }
 }

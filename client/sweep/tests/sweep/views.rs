@@ -40,11 +40,11 @@ fn intervals_are_kept() {
         let radius = (x * x + y * y + z * z).sqrt();
         (nearest, farthest) = (nearest.min(radius), farthest.max(radius));
         assert!((0.3 - 1e-9..=0.5 + 1e-9).contains(&(z / radius).asin()));
-        assert!(y.atan2(x).abs() <= 1.0 + 1e-9);
+        assert!(libm::atan2(y, x).abs() <= 1.0 + 1e-9);
         // The image's rows are off level by the roll, seen along the view.
-        assert!(photo.camera_to_world[2][0].abs() <= 0.1_f64.sin() + 1e-9);
+        assert!(photo.camera_to_world[2][0].abs() <= libm::sin(0.1) + 1e-9);
     }
-    assert!(nearest >= 0.2 && nearest < 0.21 && farthest <= 0.4 && farthest > 0.39, "{nearest} {farthest}");
+    assert!((0.2..0.21).contains(&nearest) && (0.39..=0.4).contains(&farthest), "{nearest} {farthest}");
 }
 
 #[test]

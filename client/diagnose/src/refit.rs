@@ -62,10 +62,7 @@ pub fn refit(
     let mut found: Option<Model> = None;
     for round in 0..ROUNDS {
         let mut farm = workshop.open(&capture, &files)?;
-        let there = search(&mut capture, variant, round, options.seed, farm.as_mut(), observer)?;
-        if round == 0 && there >= before {
-            return Ok(None);
-        }
+        search(&mut capture, variant, round, options.seed, farm.as_mut(), observer)?;
         let fitted = Model::fit(&capture, files.clone(), parts.clone(), options, workshop, observer)?;
         capture = fitted.capture.clone();
         let last = found.as_ref().map_or(before, chi_square);
@@ -127,7 +124,7 @@ pub fn extended(
 }
 
 /// Moves the searched numbers to where chi-square, with the candidate's own colours fitted along inside their bounds, is
-/// least, and returns that chi-square: a pattern search (Hooke and Jeeves 1961) that also tries the parabolas' vertices, because the image of an edge far from its
+/// least: a pattern search (Hooke and Jeeves 1961) that also tries the parabolas' vertices, because the image of an edge far from its
 /// place has no slope towards it. What else the model has stays where it is: a lamp that no wall has yet hidden would be
 /// dimmed without end to make up for one that stands in the way. The first step is the variant's over 2^`round`.
 fn search(
@@ -137,7 +134,7 @@ fn search(
     seed: u64,
     farm: &mut dyn Evaluate,
     observer: &mut Observer<'_>,
-) -> Result<f64, DiagnoseError> {
+) -> Result<(), DiagnoseError> {
     let searched = |name: &str| variant.search.iter().any(|(n, _)| n == name);
     let space = Space::new(capture, &[])?;
     let columns: Vec<_> = space
@@ -213,8 +210,7 @@ fn search(
     let mut numbers: Vec<(String, f64)> =
         variant.search.iter().zip(&place).map(|((n, _), x)| (n.clone(), *x)).collect();
     numbers.extend(colours);
-    capture.set_numbers(&numbers)?;
-    Ok(best)
+    Ok(capture.set_numbers(&numbers)?)
 }
 
 /// Where the parabola through (-1, `below`), (0, `here`), (1, `above`) is least, at most [`REACH`] away; where it has no

@@ -5,9 +5,9 @@ use crate::effects::{CATALOGUE, Effect};
 
 /// Samples of all fitted photos' pixels in one evaluation, more or less at most.
 const MOST_SAMPLES: u64 = 16_000_000;
-/// Samples per pixel of the score pass' finite differences, one of each half: a column's noise is no error of its score,
-/// which only the residual's is.
-pub(crate) const SCORE_DIFFERENCES: u32 = 2;
+/// Samples per pixel of the score pass' finite differences, at most: a column's noise is no error of its score, which only the
+/// residual's is, but with 2 a lobe and a coat were missed in small captures.
+pub(crate) const SCORE_DIFFERENCES: u32 = 4;
 /// Samples per pixel, however many pixels there are.
 const FEWEST_SAMPLES: u32 = 8;
 
@@ -19,7 +19,7 @@ pub struct Options {
     /// Most samples per pixel of a fit's iterations, and of the score pass; even. Captures of more than a quarter of a million
     /// pixels take fewer, at least 8.
     pub samples: u32,
-    /// Samples per pixel of finite differences in fits; even. The score pass, which has many more of them, takes 2.
+    /// Samples per pixel of finite differences in fits; even. The score pass, which has many more of them, takes at most 4.
     pub difference_samples: u32,
     /// Smallest gain of interest: part of the base model's held-out chi-square above the noise floor.
     pub smallest_gain: f64,

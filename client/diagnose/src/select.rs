@@ -296,7 +296,7 @@ fn rank(
         columns: probe.columns.clone(),
         photos: (0..probe.capture.targets().count()).collect(),
         samples: options.search_samples(),
-        difference_samples: SCORE_DIFFERENCES,
+        difference_samples: SCORE_DIFFERENCES.min(options.search_samples()),
         // The refits' seed: their deviances are compared with this one's, so that both see the same render noise.
         seed: options.seed,
         output: Output::Statistics,

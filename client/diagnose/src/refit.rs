@@ -195,11 +195,14 @@ fn search(
                 }
                 vertex[i] += step * parabola(around[1], from, around[0]);
             }
-            // All numbers at once, each to the vertex of the parabola through its two neighbours.
-            let (found, with) = loss(&vertex, observer)?;
-            if found < best {
-                (best, colours) = (found, with);
-                next = Some(vertex);
+            // All numbers at once, each to the vertex of the parabola through its two neighbours: with the first, long steps it would
+            // leap over edges.
+            if halving > 0 {
+                let (found, with) = loss(&vertex, observer)?;
+                if found < best {
+                    (best, colours) = (found, with);
+                    next = Some(vertex);
+                }
             }
             match next {
                 Some(there) => place = there,

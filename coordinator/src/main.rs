@@ -18,16 +18,8 @@ struct Arguments {
     #[arg(long, default_value = "gonio-store")]
     store: String,
     /// Seconds that evaluations which run have to finish once the coordinator is told to stop; then they fail
-    #[arg(long, default_value_t = 10.0, value_parser = seconds)]
+    #[arg(long, default_value_t = 10.0, value_parser = gonio_proto::limits::seconds)]
     grace: f64,
-}
-
-/// Reads a number of seconds.
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.0..=86_400.0).contains(&seconds) => Ok(seconds),
-        _ => Err("must be a number of seconds, 0 to 86400".to_owned()),
-    }
 }
 
 #[tokio::main]

@@ -41,3 +41,14 @@ pub const NAME_BYTES: usize = 1_024;
 pub const PATH_BYTES: usize = 4_096;
 /// Longest text of an error, bytes; a longer one is cut.
 pub const TEXT_BYTES: usize = 4_096;
+
+/// Reads the seconds that a program has to end once it is told to stop: at most a day.
+///
+/// # Errors
+/// Anything else, in words for who wrote it.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err("must be a number of seconds, 0 to 86400".to_owned()),
+    }
+}

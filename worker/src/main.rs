@@ -26,16 +26,8 @@ struct Arguments {
     #[arg(long)]
     store: Option<String>,
     /// Seconds that tasks which are being rendered have to end once the worker is told to stop; then they are handed back
-    #[arg(long, default_value_t = 10.0, value_parser = seconds)]
+    #[arg(long, default_value_t = 10.0, value_parser = gonio_proto::limits::seconds)]
     grace: f64,
-}
-
-/// Reads a number of seconds.
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.0..=86_400.0).contains(&seconds) => Ok(seconds),
-        _ => Err("must be a number of seconds, 0 to 86400".to_owned()),
-    }
 }
 
 #[tokio::main(flavor = "multi_thread", worker_threads = 2)]

@@ -98,19 +98,17 @@ pub fn structure(
         }
         seen.push(Seen { film, statistics, photograph, pairs });
     }
-    let cut = CUT * if measured::alone(capture) { spread(&all).max(1.0) } else { 1.0 };
+    let cut = CUT * if measured::alone(capture) { mean_square(&all, f64::INFINITY).sqrt().max(1.0) } else { 1.0 };
     let explained = |(i, name): (usize, &&str)| explained(&all, i, name, cut);
     let mut found: Vec<Structure> = COVARIATES.iter().enumerate().map(explained).collect();
     found.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-    let cut_squares = all.iter().flat_map(|p| p.residual).map(|r| r.clamp(-cut, cut).powi(2)).sum::<f64>();
-    let cut_chi_square = cut_squares / (3.0 * all.len() as f64).max(1.0);
-    Ok(Look { structures: found, seen, cut_chi_square })
+    Ok(Look { structures: found, seen, cut_chi_square: mean_square(&all, cut) })
 }
 
-/// Root of the mean squared residual.
-fn spread(pixels: &[Pixel]) -> f64 {
-    let squares: f64 = pixels.iter().flat_map(|p| p.residual).map(|r| r * r).sum();
-    (squares / (3.0 * pixels.len() as f64).max(1.0)).sqrt()
+/// Mean squared residual, each residual cut at `cut`.
+fn mean_square(pixels: &[Pixel], cut: f64) -> f64 {
+    let squares: f64 = pixels.iter().flat_map(|p| p.residual).map(|r| r.clamp(-cut, cut).powi(2)).sum();
+    squares / (3.0 * pixels.len() as f64).max(1.0)
 }
 
 /// How much of the residuals' variance the means over a covariate's bins, taken in one half of the image blocks, predict in

@@ -43,6 +43,15 @@ pub enum Command {
     /// Validate a capture and everything that it names, and summarise it
     #[command(after_help = EXIT_CODES)]
     Check(CheckArguments),
+    /// List what runs on a farm: clients, their evaluations, how far they are
+    #[command(after_help = EXIT_CODES)]
+    Jobs(JobsArguments),
+    /// Follow what a client of a farm has under way: progress and loss, until it ends
+    #[command(after_help = EXIT_CODES)]
+    Attach(ClientArguments),
+    /// End what a client of a farm has under way; its program stops, and keeps what it had done
+    #[command(after_help = EXIT_CODES)]
+    Cancel(ClientArguments),
 }
 
 /// What every command that renders accepts.
@@ -180,6 +189,27 @@ pub struct CheckArguments {
     /// Write the summary as one JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+/// `gonio jobs`.
+#[derive(Debug, Args)]
+pub struct JobsArguments {
+    /// Coordinator of the farm, such as http://host:7300
+    #[arg(long, value_name = "URL")]
+    pub farm: String,
+    /// Write one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `gonio attach` and `gonio cancel`.
+#[derive(Debug, Args)]
+pub struct ClientArguments {
+    /// The client's name, as `gonio jobs` lists it
+    pub client: String,
+    /// Which farm.
+    #[command(flatten)]
+    pub farm: JobsArguments,
 }
 
 fn samples(text: &str) -> Result<u32, String> {

@@ -21,6 +21,9 @@ fn main() -> ExitCode {
         Command::Fit(arguments) => (commands::fit::run(&arguments), arguments.farm.json),
         Command::Diagnose(arguments) => (commands::diagnose::run(&arguments), arguments.farm.json),
         Command::Sweep(arguments) => (commands::sweep::run(&arguments), arguments.farm.json),
+        Command::Jobs(arguments) => (commands::jobs::list(&arguments), arguments.json),
+        Command::Attach(arguments) => (commands::jobs::attach(&arguments), arguments.farm.json),
+        Command::Cancel(arguments) => (commands::jobs::cancel(&arguments), arguments.farm.json),
         Command::Check(arguments) => (commands::check::run(&arguments), arguments.json),
     };
     match result {

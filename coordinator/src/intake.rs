@@ -13,6 +13,7 @@ pub struct Intake {
 #[derive(Debug, Clone, Copy, Default)]
 struct State {
     closed: bool,
+    cut: bool,
     running: usize,
 }
 
@@ -40,6 +41,17 @@ impl Intake {
     /// Takes no evaluation any more.
     pub fn close(&self) {
         self.state.send_modify(|state| state.closed = true);
+    }
+
+    /// Leaves evaluations that outlive this coordinator to the next one.
+    pub fn leave(&self) {
+        self.state.send_modify(|state| state.cut = true);
+    }
+
+    /// Completes when evaluations are left to the next coordinator.
+    pub async fn cut(&self) {
+        // The sender lives as long as `self`.
+        let _ = self.state.subscribe().wait_for(|state| state.cut).await;
     }
 
     /// Completes when no evaluation is under way.

@@ -3,7 +3,7 @@
 use anyhow::Context;
 use clap::Parser;
 use gonio_coordinator::store::Blobs;
-use gonio_coordinator::{Coordinator, broker, service};
+use gonio_coordinator::{Coordinator, broker, journal, service};
 use tokio::net::TcpListener;
 use tracing_subscriber::EnvFilter;
 
@@ -17,6 +17,10 @@ struct Arguments {
     /// Where captures are kept: a folder, memory://, or s3://BUCKET/PREFIX
     #[arg(long, default_value = "gonio-store")]
     store: String,
+    /// Wait until the coordinator that owns the store's farm stops, or has not been heard of for ten seconds; then listen
+    /// and take over
+    #[arg(long)]
+    standby: bool,
     /// Seconds that evaluations which run have to finish once the coordinator is told to stop; then they fail
     #[arg(long, default_value_t = 10.0, value_parser = gonio_proto::limits::seconds)]
     grace: f64,
@@ -29,13 +33,8 @@ async fn main() -> anyhow::Result<()> {
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
     let blobs = Blobs::open(&arguments.store)?;
     blobs.probe().await?;
-    let listener = TcpListener::bind(&arguments.listen).await;
-    let listener =
-        listener.with_context(|| format!("cannot listen on {}; choose another --listen", arguments.listen))?;
     // Before anybody can know that it runs, so that who stops it at once is heard.
     let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
-    println!("listening on http://{}", listener.local_addr()?);
-    let coordinator = Coordinator::new(blobs, broker::SILENCE);
     let stop = async move {
         tokio::select! {
             _ = tokio::signal::ctrl_c() => {}
@@ -43,7 +42,40 @@ async fn main() -> anyhow::Result<()> {
         }
         tracing::info!("stopping");
     };
+    let mut stop = std::pin::pin!(stop);
+    // What is kept in memory is nobody's to take over.
+    let durable = !arguments.store.starts_with("memory:");
+    if arguments.standby {
+        anyhow::ensure!(durable, "--standby: --store {} is nobody else's; name the owner's store", arguments.store);
+        println!("standing by");
+        tokio::select! {
+            () = journal::wait_for_silence(&blobs) => {}
+            () = &mut stop => return Ok(()),
+        }
+    }
+    let listener = TcpListener::bind(&arguments.listen).await;
+    let listener =
+        listener.with_context(|| format!("cannot listen on {}; choose another --listen", arguments.listen))?;
+    let coordinator = if durable {
+        Coordinator::durable(blobs, broker::SILENCE).await?
+    } else {
+        Coordinator::new(blobs, broker::SILENCE)
+    };
+    println!("listening on http://{}", listener.local_addr()?);
+    let lost = std::sync::Arc::new(std::sync::OnceLock::new());
+    let (owner, why) = (coordinator.clone(), std::sync::Arc::clone(&lost));
+    let stop = async move {
+        tokio::select! {
+            () = stop => {}
+            text = owner.lost() => {
+                let _ = why.set(text);
+            }
+        }
+    };
     let grace = std::time::Duration::from_secs_f64(arguments.grace);
     service::serve(coordinator, listener, stop, grace).await?;
-    Ok(())
+    match lost.get() {
+        Some(why) => anyhow::bail!("{why}"),
+        None => Ok(()),
+    }
 }

@@ -12,11 +12,14 @@ use std::future::Future;
 use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
-use tokio_stream::wrappers::{TcpListenerStream, UnboundedReceiverStream};
+use tokio_stream::wrappers::{IntervalStream, TcpListenerStream, UnboundedReceiverStream};
 use tonic::{Request, Response, Status, Streaming};
 
 /// How often a silent connection is asked whether it lives, and how long it may take to answer.
 const KEEPALIVE: Duration = Duration::from_secs(5);
+
+/// How often who watches is told what runs.
+const JOBS: Duration = Duration::from_millis(500);
 
 /// How long a client may take from one chunk of a blob to the next.
 const CHUNK_TIMEOUT: Duration = Duration::from_secs(30);
@@ -75,6 +78,7 @@ struct Service {
 impl Farm for Service {
     type WorkStream = UnboundedReceiverStream<ToWorker>;
     type EvaluateStream = BoxStream<'static, Result<wire::EvaluationEvent, Status>>;
+    type JobsStream = BoxStream<'static, Result<wire::JobList, Status>>;
     type GetBlobStream = BoxStream<'static, Result<wire::BlobChunk, Status>>;
 
     async fn work(&self, request: Request<Streaming<wire::FromWorker>>) -> Result<Response<Self::WorkStream>, Status> {
@@ -93,6 +97,17 @@ impl Farm for Service {
     ) -> Result<Response<Self::EvaluateStream>, Status> {
         let events = self.coordinator.evaluate(request.into_inner())?;
         Ok(Response::new(events.map(Ok).boxed()))
+    }
+
+    async fn jobs(&self, _: Request<wire::JobsRequest>) -> Result<Response<Self::JobsStream>, Status> {
+        let ticks = IntervalStream::new(tokio::time::interval(JOBS));
+        let coordinator = self.coordinator.clone();
+        Ok(Response::new(ticks.map(move |_| Ok(coordinator.list())).boxed()))
+    }
+
+    async fn cancel(&self, request: Request<wire::CancelRequest>) -> Result<Response<wire::CancelReply>, Status> {
+        let cancelled = self.coordinator.cancel(request.get_ref())?;
+        Ok(Response::new(wire::CancelReply { cancelled }))
     }
 
     async fn missing_blobs(&self, request: Request<wire::BlobDigests>) -> Result<Response<wire::BlobDigests>, Status> {

@@ -147,6 +147,13 @@ impl Split {
         Some(Part { tile, chunk, samples, difference_samples })
     }
 
+    /// The tasks of a tile.
+    pub fn tasks_of(&self, tile: usize) -> impl Iterator<Item = (u64, Part)> {
+        let chunks = u64::from(self.chunks());
+        let first = tile as u64 * chunks;
+        (first..first + chunks).filter_map(|task| Some((task, self.part(task)?)))
+    }
+
     /// What the film of a task of `tile` looks like.
     #[must_use]
     pub fn shape(&self, tile: usize) -> FilmShape {

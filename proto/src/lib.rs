@@ -1,4 +1,4 @@
-//! What crosses a process boundary: the messages of `farm.proto`, and their conversions to and from domain types.
+//! What crosses a process boundary: the messages of `farm.proto` and, from one coordinator to the next, of `journal.proto`; and their conversions to and from domain types.
 //!
 //! [`wire`] holds the generated code; nothing outside [`convert`] should look into a message without having it checked
 //! there first.
@@ -6,13 +6,13 @@
 pub mod convert;
 pub mod limits;
 
-/// Generated from `farm.proto`, whose comments say who speaks first and what zero means.
+/// Generated from `farm.proto` and `journal.proto`, whose comments say who speaks first and what zero means.
 #[allow(missing_docs, clippy::all, unused_qualifications)]
 pub mod wire {
     tonic::include_proto!("gonio.farm.v1");
 }
 
-pub use convert::{Digest, WireError};
+pub use convert::{Digest, Key, WireError};
 
 /// The version of the protocol and of everything that shapes a film: a farm's programs all have the same.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod diagnose;
 pub mod fit;
+pub mod jobs;
 pub mod render;
 pub mod sweep;
 
@@ -21,7 +22,7 @@ fn open(arguments: &FarmArguments, input: &Input) -> Result<OpenCapture, Failure
 fn farm(arguments: &FarmArguments) -> Result<Farm, Failure> {
     Ok(match &arguments.farm {
         None => Farm::embedded(arguments.threads)?,
-        Some(url) => Farm::connect(url)?,
+        Some(url) => Farm::connect(url)?.named(&std::env::args().nth(1).unwrap_or_default()),
     })
 }
 

@@ -59,6 +59,27 @@ impl Link {
     }
 }
 
+impl Link {
+    /// Whether the coordinator is another process, which may go away and come back.
+    pub fn is_remote(&self) -> bool {
+        matches!(self, Self::Remote(_))
+    }
+
+    pub async fn jobs(&self) -> Result<BoxStream<'static, Result<wire::JobList, Status>>, Status> {
+        match self {
+            Self::Embedded(coordinator) => Ok(futures::stream::iter([Ok(coordinator.list())]).boxed()),
+            Self::Remote(client) => Ok(client.clone().jobs(wire::JobsRequest {}).await?.into_inner().boxed()),
+        }
+    }
+
+    pub async fn cancel(&self, request: wire::CancelRequest) -> Result<u32, Status> {
+        match self {
+            Self::Embedded(coordinator) => coordinator.cancel(&request),
+            Self::Remote(client) => Ok(client.clone().cancel(request).await?.into_inner().cancelled),
+        }
+    }
+}
+
 /// Beats by a call.
 struct EmbeddedHeart(Coordinator);
 

@@ -3,19 +3,22 @@
 mod link;
 mod open;
 
+pub use gonio_proto::convert::job::Job;
 pub use open::OpenCapture;
 
 use gonio_coordinator::store::Blobs;
 use gonio_coordinator::{Coordinator, broker};
+use futures::StreamExt;
 use gonio_proto::convert::manifest::pack;
 use gonio_proto::convert::request::{Class, Requester};
-use gonio_proto::{Digest, limits};
+use gonio_proto::{Digest, limits, wire};
 use gonio_scene::SceneError;
 use gonio_scene::files::Files;
 use gonio_worker::Worker;
 use gonio_worker::remote::farm_client;
 use gonio_worker::renderer::{PathTracer, Renderer};
 use link::Link;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 use tokio::runtime::Runtime;
@@ -42,6 +45,17 @@ pub enum FarmError {
     /// The farm refuses or cannot be reached.
     #[error("the farm: {}", gonio_worker::remote::text(.0))]
     Farm(#[from] Status),
+}
+
+/// What runs on a farm.
+#[derive(Debug, Clone)]
+pub struct Jobs {
+    /// Evaluations, in the order in which they came.
+    pub jobs: Vec<Job>,
+    /// Workers connected.
+    pub workers: u32,
+    /// Tasks that they render at the same time.
+    pub slots: u64,
 }
 
 /// A farm. Clones share it.
@@ -72,6 +86,13 @@ impl Farm {
     #[must_use]
     pub fn for_batches(mut self) -> Self {
         self.requester.class = Class::Batch;
+        self
+    }
+
+    /// The same farm, whose list of jobs names this client by what it does.
+    #[must_use]
+    pub fn named(mut self, what: &str) -> Self {
+        self.requester.client = format!("{what}-{}", self.requester.client);
         self
     }
 
@@ -140,6 +161,34 @@ impl Farm {
         // Last, so that a capture that is there is there with all its files.
         self.block_on(self.shared.link.put(capture, manifest))?;
         Ok(OpenCapture::new(self.clone(), capture, packed))
+    }
+
+    /// What runs on the farm: calls `seen` with it, and about twice a second again for as long as that says to go on.
+    ///
+    /// # Errors
+    /// The farm cannot be reached, or breaks the protocol.
+    pub fn jobs(&self, seen: &mut dyn FnMut(Jobs) -> ControlFlow<()>) -> Result<(), FarmError> {
+        self.block_on(async {
+            let mut lists = self.shared.link.jobs().await?;
+            while let Some(list) = lists.next().await {
+                let list = list?;
+                let jobs: Result<_, _> = list.jobs.iter().map(Job::from_wire).collect();
+                let jobs = Jobs { jobs: jobs.map_err(Status::from)?, workers: list.workers, slots: list.slots };
+                if seen(jobs).is_break() {
+                    break;
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Ends what a client has under way; returns how many evaluations that were.
+    ///
+    /// # Errors
+    /// The farm cannot be reached, or refuses.
+    pub fn cancel(&self, client: &str) -> Result<u32, FarmError> {
+        let request = wire::CancelRequest { key: bytes::Bytes::new(), client: client.to_owned() };
+        Ok(self.block_on(self.shared.link.cancel(request))?)
     }
 
     fn block_on<T>(&self, future: impl Future<Output = T>) -> T {

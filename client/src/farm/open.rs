@@ -1,19 +1,28 @@
 //! A capture that a farm has, ready to be evaluated.
 
 use super::Farm;
-use super::link::Events;
+use super::link::{Events, Link};
 use futures::StreamExt;
 use gonio_fit::evaluate::{Evaluate, EvaluateError, Watch};
-use gonio_proto::convert::event::{Event, FilmCollector};
+use gonio_proto::convert::event::{CANCELLED, Event, FilmCollector};
 use gonio_proto::convert::manifest::Packed;
 use gonio_proto::convert::request::{request_from_wire, request_to_wire};
-use gonio_proto::{Digest, WireError};
+use gonio_proto::{Digest, Key, WireError, wire};
 use gonio_scene::{Evaluation, EvaluationRequest, Progress};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tonic::{Code, Status};
 
 /// How often the watcher is asked whether to go on.
 const WATCH: Duration = Duration::from_millis(100);
+
+/// How long a coordinator that cannot be reached is asked again: a standby takes over sooner.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// The first and the longest pause between two such tries.
+const PAUSES: (Duration, Duration) = (Duration::from_millis(250), Duration::from_secs(5));
+
+/// How long a cancellation may take before the client ends without it.
+const FAREWELL: Duration = Duration::from_secs(2);
 
 /// A capture that a farm has. Its evaluations block the calling thread, which must not be a tokio runtime's; clones may
 /// have others under way at the same time.
@@ -53,11 +62,79 @@ impl Evaluate for OpenCapture {
         self.farm.requester.sign(&mut message);
         // What the coordinator would refuse is refused here: both check by the same code.
         request_from_wire(message.clone()).map_err(|error| EvaluateError::Refused(error.to_string()))?;
+        let link = &self.farm.shared.link;
+        if !link.is_remote() {
+            return self.farm.block_on(async {
+                let events = link.evaluate(message).await.map_err(|status| of_status(&status))?;
+                follow(events, request, watch).await.map_err(|end| end.error)
+            });
+        }
+        // The same key for every try: the coordinator, or the one that takes over, goes on where it is.
+        let key = Key::fresh().map_err(|error| EvaluateError::Farm(error.to_string()))?.to_wire();
+        message.key = key.clone();
         self.farm.block_on(async {
-            let events = self.farm.shared.link.evaluate(message).await.map_err(|status| of_status(&status))?;
-            follow(events, request, watch).await
+            let end = patiently(link, &message, request, watch).await;
+            if matches!(end, Err(EvaluateError::Cancelled)) {
+                // Otherwise it would go on for as long as somebody might come back for it.
+                let cancel = link.cancel(wire::CancelRequest { key, client: String::new() });
+                let _ = tokio::time::timeout(FAREWELL, cancel).await;
+            }
+            end
         })
     }
+}
+
+/// Why an evaluation was not followed to its end.
+struct End {
+    error: EvaluateError,
+    /// Whether the coordinator has not said so itself: its stream broke.
+    cut: bool,
+}
+
+impl From<EvaluateError> for End {
+    fn from(error: EvaluateError) -> Self {
+        Self { error, cut: false }
+    }
+}
+
+/// Evaluates; a coordinator that went away is asked again, with pauses, for as long as [`PATIENCE`] since it last answered.
+async fn patiently(
+    link: &Link,
+    message: &wire::EvaluationRequest,
+    request: &EvaluationRequest,
+    watch: &mut Watch<'_>,
+) -> Result<Evaluation, EvaluateError> {
+    let mut since = Instant::now();
+    let mut pause = PAUSES.0;
+    loop {
+        let end = match link.evaluate(message.clone()).await {
+            Ok(events) => {
+                (since, pause) = (Instant::now(), PAUSES.0);
+                match follow(events, request, watch).await {
+                    Ok(evaluation) => return Ok(evaluation),
+                    Err(end) => end,
+                }
+            }
+            Err(status) => End { error: of_status(&status), cut: is_away(&status) },
+        };
+        if !end.cut || since.elapsed() > PATIENCE {
+            return Err(end.error);
+        }
+        tracing::warn!(error = %end.error, ?pause, "the farm is asked again");
+        let until = Instant::now() + pause;
+        while Instant::now() < until {
+            if watch(&Progress::default()).is_break() {
+                return Err(EvaluateError::Cancelled);
+            }
+            tokio::time::sleep(WATCH.min(pause)).await;
+        }
+        pause = (2 * pause).min(PAUSES.1);
+    }
+}
+
+/// Whether a call failed because nobody, or nobody who stays, was there to take it.
+fn is_away(status: &Status) -> bool {
+    matches!(status.code(), Code::Unavailable | Code::Unknown | Code::Internal | Code::Cancelled | Code::Aborted)
 }
 
 /// Collects an evaluation's events to its end. Returning early drops the stream, which cancels the evaluation.
@@ -65,7 +142,7 @@ async fn follow(
     mut events: Events,
     request: &EvaluationRequest,
     watch: &mut Watch<'_>,
-) -> Result<Evaluation, EvaluateError> {
+) -> Result<Evaluation, End> {
     let mut evaluation = Evaluation::default();
     let mut films = FilmCollector::default();
     let mut progress = Progress::default();
@@ -76,26 +153,29 @@ async fn follow(
             event = events.next() => event,
             _ = ticks.tick() => {
                 if watch(&progress).is_break() {
-                    return Err(EvaluateError::Cancelled);
+                    return Err(EvaluateError::Cancelled.into());
                 }
                 continue;
             }
         };
-        let event = event.ok_or_else(|| EvaluateError::Farm("the answer ended early".to_owned()))?;
-        let event = event.map_err(|status| of_status(&status))?;
+        let early = || End { error: EvaluateError::Farm("the answer ended early".to_owned()), cut: true };
+        let event = event.ok_or_else(early)?;
+        let event = event.map_err(|status| End { error: of_status(&status), cut: is_away(&status) })?;
         match Event::try_from(event).map_err(broken)? {
             Event::Accepted(number) => tracing::debug!(evaluation = number, "accepted"),
             Event::Progress(now) => progress = now,
             Event::Statistics(statistics) => evaluation.photos.push(statistics),
             Event::Film(chunk) => films.add(chunk).map_err(broken)?,
-            Event::Failed { request_at_fault: true, text } => return Err(EvaluateError::Refused(text)),
-            Event::Failed { request_at_fault: false, text } => return Err(EvaluateError::Farm(text)),
+            // As if this client's own user had stopped it: what was done is kept.
+            Event::Failed { text, .. } if text == CANCELLED => return Err(EvaluateError::Cancelled.into()),
+            Event::Failed { request_at_fault: true, text } => return Err(EvaluateError::Refused(text).into()),
+            Event::Failed { request_at_fault: false, text } => return Err(EvaluateError::Farm(text).into()),
             Event::Finished { primary_samples, invalid_samples } => {
                 // The last word on progress, also for what took less than a tick; it is too late to break.
                 let _ = watch(&progress);
                 (evaluation.primary_samples, evaluation.invalid_samples) = (primary_samples, invalid_samples);
                 evaluation.films = films.finish().map_err(broken)?;
-                return check(evaluation, request);
+                return Ok(check(evaluation, request)?);
             }
         }
     }

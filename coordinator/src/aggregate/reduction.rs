@@ -6,6 +6,7 @@ use super::statistics::{Observed, compare};
 use crate::split::{Part, Split};
 use gonio_scene::capture::Sensor;
 use gonio_scene::film::TileFilm;
+use gonio_proto::convert::reduced::Reduced;
 use gonio_scene::{Evaluation, Film, Output, PhotoStatistics, Photograph};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -44,7 +45,18 @@ pub struct Running {
 #[derive(Debug)]
 enum TileState {
     Collecting(ChunkMerge),
-    Reduced { statistics: Option<PhotoStatistics>, film: Option<Vec<f32>>, invalid_samples: u64 },
+    Reduced(Reduced),
+}
+
+/// What a film has completed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Added {
+    /// Nothing: its tile waits for others.
+    Film,
+    /// Its tile, but not the evaluation.
+    Tile,
+    /// The evaluation.
+    All,
 }
 
 /// All of an evaluation's films on their way to its answer.
@@ -70,34 +82,82 @@ impl Reduction {
         Self { output, split, photos, tiles, collecting, running: Mutex::default() }
     }
 
-    /// Takes the film of one task, which comes once; reduces the tile when it is complete. Returns whether all are.
-    pub fn add(&self, part: &Part, film: TileFilm) -> bool {
+    /// Takes the film of one task, which comes once; reduces the tile when it is complete.
+    pub fn add(&self, part: &Part, film: TileFilm) -> Added {
         let mut tile = self.tiles[part.tile].lock().unwrap_or_else(PoisonError::into_inner);
-        let TileState::Collecting(merge) = &mut *tile else { return false };
+        let TileState::Collecting(merge) = &mut *tile else { return Added::Film };
         // First hits have no samples to weigh by.
         merge.add(part.chunk, film, (part.samples.len() as u32).max(1));
         if merge.merged() < self.split.chunks() {
-            return false;
+            return Added::Film;
         }
         let film = std::mem::take(merge).finish();
-        *tile = self.reduce(part.tile, &film);
+        *tile = TileState::Reduced(self.reduce(part.tile, &film));
         drop(tile);
-        self.collecting.fetch_sub(1, Ordering::AcqRel) == 1
+        if self.collecting.fetch_sub(1, Ordering::AcqRel) == 1 { Added::All } else { Added::Tile }
     }
 
-    fn reduce(&self, index: usize, film: &MergedFilm) -> TileState {
+    /// What a tile was reduced to, until the evaluation is finished.
+    #[must_use]
+    pub fn reduced(&self, tile: usize) -> Option<Reduced> {
+        match &*self.tiles.get(tile)?.lock().unwrap_or_else(PoisonError::into_inner) {
+            TileState::Reduced(reduced) => Some(reduced.clone()),
+            TileState::Collecting(_) => None,
+        }
+    }
+
+    /// Takes over a tile that was reduced before, before any film of it is added.
+    ///
+    /// # Errors
+    /// It is not of this evaluation; the text says why.
+    pub fn restore(&self, tile: usize, reduced: Reduced) -> Result<(), String> {
+        let work = self.split.tiles.get(tile).ok_or_else(|| format!("there is no tile {tile}"))?;
+        let photo = &self.photos[work.photo];
+        let side = 1 + photo.recipe.columns;
+        let statistics_fit = match &reduced.statistics {
+            Some(statistics) => photo.photograph.is_some() && statistics.gram.len() == side * side,
+            None => photo.photograph.is_none(),
+        };
+        let numbers = work.count * self.image_channels();
+        let film_fits = reduced.film.as_ref().map(Vec::len) == self.output.has_films().then_some(numbers);
+        if !(statistics_fit && film_fits) {
+            return Err(format!("tile {tile} has other sums or another film than this evaluation"));
+        }
+        if let Some(statistics) = &reduced.statistics {
+            self.count(statistics);
+        }
+        let mut state = self.tiles[tile].lock().unwrap_or_else(PoisonError::into_inner);
+        if matches!(&*state, TileState::Collecting(_)) {
+            *state = TileState::Reduced(reduced);
+            self.collecting.fetch_sub(1, Ordering::AcqRel);
+        }
+        Ok(())
+    }
+
+    /// Tiles that are still to be completed.
+    #[must_use]
+    pub fn collecting(&self) -> usize {
+        self.collecting.load(Ordering::Acquire)
+    }
+
+    /// Adds a tile to the sums for progress.
+    fn count(&self, statistics: &PhotoStatistics) {
+        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        running.observations += statistics.observations;
+        running.loss += statistics.gram[0];
+        running.loss_variance += statistics.loss_variance;
+    }
+
+    fn reduce(&self, index: usize, film: &MergedFilm) -> Reduced {
         let work = &self.split.tiles[index];
         let photo = &self.photos[work.photo];
         let statistics = photo.photograph.as_deref().map(|photograph| {
             let observed = Observed { tile: work.tile, pixels: &work.pixels, photograph, sensor: &photo.sensor };
             let statistics = compare(film, observed, &photo.recipe, photo.peak);
-            let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-            running.observations += statistics.observations;
-            running.loss += statistics.gram[0];
-            running.loss_variance += statistics.loss_variance;
+            self.count(&statistics);
             statistics
         });
-        TileState::Reduced {
+        Reduced {
             statistics,
             film: self.output.has_films().then(|| self.values(film, photo)),
             invalid_samples: film.invalid_samples,
@@ -147,7 +207,7 @@ impl Reduction {
         }
         for (work, state) in self.split.tiles.iter().zip(&self.tiles) {
             let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
-            let TileState::Reduced { statistics, film, invalid_samples } = &mut *state else {
+            let TileState::Reduced(Reduced { statistics, film, invalid_samples }) = &mut *state else {
                 return Err("a tile is missing".to_owned());
             };
             evaluation.invalid_samples += *invalid_samples;

@@ -1,9 +1,13 @@
 //! An evaluation while it runs, as the broker, the workers' sessions and the client's stream see it.
 
 use crate::aggregate::Reduction;
+use crate::aggregate::reduction::Added;
+use crate::journal::Journal;
 use crate::split::{Part, Split};
+use gonio_proto::Key;
 use gonio_proto::convert::request::Requester;
 use gonio_proto::convert::task::{AttemptId, Setup, Task};
+use gonio_scene::film::TileFilm;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::oneshot;
 
@@ -47,6 +51,8 @@ pub struct Active {
     pub seed: u64,
     /// What committed films are added to.
     pub reduction: Reduction,
+    /// Where its tiles are written down, if it is to outlive this coordinator.
+    keeper: Option<(Journal, Key)>,
     /// Taken by the first who ends the evaluation; the client's stream waits at the other end.
     outcome: Mutex<Option<oneshot::Sender<Outcome>>>,
 }
@@ -63,7 +69,28 @@ impl Active {
         reduction: Reduction,
     ) -> (Self, oneshot::Receiver<Outcome>) {
         let (sender, receiver) = oneshot::channel();
-        (Self { requester, setup, split, photos, seed, reduction, outcome: Mutex::new(Some(sender)) }, receiver)
+        let outcome = Mutex::new(Some(sender));
+        (Self { requester, setup, split, photos, seed, reduction, keeper: None, outcome }, receiver)
+    }
+
+    /// The same evaluation, whose tiles are written down as `key`'s.
+    #[must_use]
+    pub fn kept(mut self, journal: Journal, key: Key) -> Self {
+        self.keeper = Some((journal, key));
+        self
+    }
+
+    /// Adds the film of a task that is committed, and does what follows from it. Call it where blocking is allowed.
+    pub fn add(&self, part: &Part, film: TileFilm) {
+        let added = self.reduction.add(part, film);
+        if let Some((journal, key)) = self.keeper.as_ref().filter(|_| added != Added::Film)
+            && let Some(reduced) = self.reduction.reduced(part.tile)
+        {
+            journal.keep(*key, reduced.to_wire(part.tile as u64));
+        }
+        if added == Added::All {
+            self.end(Ok(()));
+        }
     }
 
     /// Ends the evaluation, unless it has ended.

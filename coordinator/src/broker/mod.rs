@@ -55,6 +55,12 @@ impl Broker {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Larger than that of every coordinator of this farm before.
+    #[must_use]
+    pub fn epoch(&self) -> u64 {
+        self.epoch
+    }
+
     /// What happened so far.
     #[must_use]
     pub fn counters(&self) -> Counters {
@@ -65,6 +71,13 @@ impl Broker {
     #[must_use]
     pub fn workers(&self) -> usize {
         self.state().workers.len()
+    }
+
+    /// Workers connected, and the tasks that they render at the same time.
+    #[must_use]
+    pub fn strength(&self) -> (u32, u64) {
+        let state = self.state();
+        (u32::try_from(state.workers.len()).unwrap_or(u32::MAX), state.slots)
     }
 
     /// Ends every worker's stream, those of workers yet to come too.
@@ -87,15 +100,26 @@ impl Broker {
     /// Starts an evaluation; it runs until the registration is dropped.
     #[must_use]
     pub fn submit(self: &Arc<Self>, active: Arc<Active>) -> Registration {
+        self.resume(active, &[])
+    }
+
+    /// Starts an evaluation of which its reduction has these tiles already.
+    #[must_use]
+    pub fn resume(self: &Arc<Self>, active: Arc<Active>, restored: &[usize]) -> Registration {
         let evaluation = active.setup.evaluation;
-        let tasks = Tasks::new(active.split.tasks());
-        if active.split.tasks() == 0 {
+        let mut tasks = Tasks::new(active.split.tasks());
+        let mut camera_samples = 0;
+        for part in restored.iter().flat_map(|tile| active.split.tasks_of(*tile)) {
+            tasks.restore(part.0);
+            camera_samples += active.split.camera_samples(&part.1);
+        }
+        if active.reduction.collecting() == 0 {
             active.end(Ok(()));
         }
         let mut state = self.state();
         state.shares.enter(evaluation, &active.requester);
         state.shares.set_waiting(evaluation, tasks.waiting() > 0);
-        state.evaluations.insert(evaluation, Entry { active, tasks, camera_samples: 0, pace: pace::Pace::default() });
+        state.evaluations.insert(evaluation, Entry { active, tasks, camera_samples, pace: pace::Pace::default() });
         state.dispatch();
         Registration { broker: Arc::clone(self), evaluation }
     }

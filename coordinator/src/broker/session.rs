@@ -185,11 +185,9 @@ impl Films {
             let film = film.finish(&commit)?;
             let render_time = Duration::from_micros(commit.render_microseconds);
             let Some((active, part)) = broker.commit(worker, id, render_time) else { return Ok(id) };
-            let reduced = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| active.reduction.add(&part, film)));
-            match reduced {
-                Ok(true) => active.end(Ok(())),
-                Ok(false) => {}
-                Err(_) => active.end(Err(super::Failure::of_farm(format!("the reduction of {id} panicked")))),
+            let reduced = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| active.add(&part, film)));
+            if reduced.is_err() {
+                active.end(Err(super::Failure::of_farm(format!("the reduction of {id} panicked"))));
             }
             Ok(id)
         });

@@ -35,8 +35,10 @@ pub struct Committed {
 pub struct Tasks {
     /// Number of tasks.
     total: u64,
-    /// The first task that was never handed out; all after it neither.
+    /// The first task that was never handed out and is not committed; none after it was handed out.
     untouched: u64,
+    /// Tasks after `untouched` that are committed all the same: by an earlier coordinator.
+    restored: u64,
     /// Tasks that were handed out and came back; they go first, for others wait for their tile.
     returned: BTreeSet<u64>,
     /// Live attempts by task and attempt. Granted by [`Tasks::take`] and [`Tasks::second`], ended by a commit of their
@@ -57,6 +59,7 @@ impl Tasks {
         Self {
             total,
             untouched: 0,
+            restored: 0,
             returned: BTreeSet::new(),
             leases: BTreeMap::new(),
             histories: BTreeMap::new(),
@@ -65,10 +68,32 @@ impl Tasks {
         }
     }
 
+    /// Commits a task that was committed to an earlier coordinator, before any is handed out.
+    pub fn restore(&mut self, task: u64) {
+        if task < self.total && !self.is_committed(task) {
+            self.committed[(task / 64) as usize] |= 1 << (task % 64);
+            self.done += 1;
+            self.restored += 1;
+            self.skip();
+        }
+    }
+
+    fn is_committed(&self, task: u64) -> bool {
+        self.committed[(task / 64) as usize] & (1 << (task % 64)) != 0
+    }
+
+    /// Passes tasks that nobody need be handed.
+    fn skip(&mut self) {
+        while self.restored > 0 && self.untouched < self.total && self.is_committed(self.untouched) {
+            self.untouched += 1;
+            self.restored -= 1;
+        }
+    }
+
     /// Tasks that wait to be handed out.
     #[must_use]
     pub fn waiting(&self) -> u64 {
-        self.returned.len() as u64 + self.total - self.untouched
+        self.returned.len() as u64 + self.total - self.untouched - self.restored
     }
 
     /// Tasks committed, and tasks in all.
@@ -88,6 +113,7 @@ impl Tasks {
         let task = self.next()?;
         if !self.returned.remove(&task) {
             self.untouched += 1;
+            self.skip();
         }
         let attempt = self.histories.get(&task).map_or(0, |history| history.next_attempt);
         self.leases.insert((task, attempt), lease);
@@ -107,7 +133,7 @@ impl Tasks {
     /// Hands out nothing any more: the evaluation has failed.
     pub fn stop(&mut self) {
         self.returned.clear();
-        self.untouched = self.total;
+        (self.untouched, self.restored) = (self.total, 0);
     }
 
     fn attempts(&self, task: u64) -> std::collections::btree_map::Range<'_, (u64, u32), Lease> {
@@ -201,6 +227,22 @@ mod tests {
         assert_eq!(tasks.take(lease(2)), Some((2, 0)));
         assert_eq!(tasks.take(lease(2)), None);
         assert_eq!(tasks.waiting(), 0);
+    }
+
+    #[test]
+    fn what_an_earlier_coordinator_committed_is_not_handed_out() {
+        let mut tasks = Tasks::new(6);
+        [1, 4, 5, 4, 9].into_iter().for_each(|task| tasks.restore(task));
+        assert_eq!((tasks.done(), tasks.waiting()), ((3, 6), 3));
+        let taken: Vec<_> = std::iter::from_fn(|| tasks.take(lease(1))).collect();
+        assert_eq!((taken, tasks.waiting()), (vec![(0, 0), (2, 0), (3, 0)], 0));
+        for task in [3, 0, 2] {
+            assert!(tasks.commit(task, 0, 1).is_some());
+        }
+        assert_eq!((tasks.done(), tasks.next()), ((6, 6), None));
+        let mut all = Tasks::new(2);
+        [0, 1].into_iter().for_each(|task| all.restore(task));
+        assert_eq!((all.waiting(), all.next()), (0, None));
     }
 
     #[test]

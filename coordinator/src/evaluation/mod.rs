@@ -2,8 +2,11 @@
 
 mod cache;
 mod prepare;
+mod run;
 mod stream;
 
 pub use cache::Captures;
 pub use prepare::{Prepared, prepare};
-pub use stream::evaluate;
+pub use run::evaluate;
+pub(crate) use run::resume;
+pub use stream::progress;

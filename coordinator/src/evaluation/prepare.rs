@@ -4,11 +4,12 @@ use super::cache::Captures;
 use crate::aggregate::reduction::ReducedPhoto;
 use crate::aggregate::{Recipe, Reduction};
 use crate::broker::{Active, Failure, Outcome};
+use crate::journal::Journal;
 use crate::split::{PhotoArea, Split};
 use futures::{FutureExt, StreamExt, TryStreamExt};
 use gonio_proto::convert::request::Requester;
 use gonio_proto::convert::task::Setup;
-use gonio_proto::{Digest, limits};
+use gonio_proto::{Digest, Key, limits};
 use gonio_scene::derivative::Plan;
 use gonio_scene::{Capture, EvaluationRequest, MAX_SIDE, Output, Photograph};
 use std::sync::Arc;
@@ -20,7 +21,8 @@ const PHOTOGRAPHS_AT_ONCE: usize = 4;
 /// An evaluation that is ready to be worked on, and where its outcome will be told.
 pub type Prepared = (Arc<Active>, oneshot::Receiver<Outcome>);
 
-/// Reads the capture and the photographs that are compared with, no others, and splits the evaluation.
+/// Reads the capture and the photographs that are compared with, no others, and splits the evaluation. With a keeper, its
+/// tiles are written down.
 ///
 /// # Errors
 /// A name, photo or value that the capture does not have or allow; a file that is missing or broken; more than the
@@ -31,6 +33,7 @@ pub async fn prepare(
     requester: Requester,
     digest: Digest,
     request: EvaluationRequest,
+    keeper: Option<(Journal, Key)>,
 ) -> Result<Prepared, Failure> {
     let described = captures.describe(digest).await?;
     let mut capture = described.capture.clone();
@@ -81,6 +84,10 @@ pub async fn prepare(
         let class = requester.class;
         let setup = Setup { evaluation, capture: digest, numbers: request.numbers, columns, first_hits, class };
         let (active, outcome) = Active::new(requester, setup, split, request.photos, request.seed, reduction);
+        let active = match keeper {
+            Some((journal, key)) => active.kept(journal, key),
+            None => active,
+        };
         Ok((Arc::new(active), outcome))
     };
     tokio::task::spawn_blocking(cpu).await.map_err(Failure::of_farm)?

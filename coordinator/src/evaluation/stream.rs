@@ -1,100 +1,84 @@
-//! What a client sees of its evaluation.
+//! What a client hears of its evaluation.
 
-use super::prepare::prepare;
 use crate::Coordinator;
-use crate::broker::{Active, Failure};
-use crate::intake::Turn;
+use crate::broker::Active;
+use crate::jobs::{Answer, Job, Listener};
 use gonio_proto::convert::event::{Event, film_chunks};
-use gonio_proto::convert::request::Requester;
-use gonio_proto::{Digest, wire};
-use gonio_scene::{EvaluationRequest, Progress};
+use gonio_proto::wire;
+use gonio_scene::Progress;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::mpsc;
-use tokio_stream::wrappers::ReceiverStream;
 
 /// Time between two progress events.
 const PROGRESS: Duration = Duration::from_millis(100);
 
-/// Events that wait for a slow client; more wait at their source.
-const EVENTS: usize = 8;
+type Events = mpsc::Sender<wire::EvaluationEvent>;
 
-/// Runs an evaluation for as long as somebody reads its events.
-pub fn evaluate(
-    coordinator: Coordinator,
-    turn: Turn,
-    requester: Requester,
-    digest: Digest,
-    request: EvaluationRequest,
-) -> ReceiverStream<wire::EvaluationEvent> {
-    let (events, receiver) = mpsc::channel(EVENTS);
-    tokio::spawn(async move {
-        let evaluation = coordinator.broker.new_evaluation();
-        tracing::info!(evaluation, client = requester.client, class = ?requester.class, capture = %digest, photos = request.photos.len(), samples = request.samples, "accepted");
-        let end = tokio::select! {
-            end = run(&coordinator, evaluation, requester, digest, request, &events) => end,
-            () = events.closed() => Err(Failure::of_farm("the client is gone")),
-        };
-        let counters = coordinator.broker.counters();
-        match end {
-            Ok(()) => tracing::info!(evaluation, ?counters, "finished"),
-            Err(Failure { request_at_fault, text }) => {
-                tracing::info!(evaluation, ?counters, text, "failed");
-                let _ = events.send(Event::Failed { request_at_fault, text }.into()).await;
-            }
-        }
-        drop(turn);
-    });
-    ReceiverStream::new(receiver)
+/// Tells a client all about an evaluation, from now to its end; returns early where the client is gone, or the coordinator
+/// stops.
+pub(super) async fn tell(coordinator: &Coordinator, job: &Arc<Job>, _listener: Listener, events: &Events) {
+    tokio::select! {
+        () = follow(coordinator, job, events) => {}
+        () = events.closed() => {}
+        // Without a last event: it goes on elsewhere.
+        () = coordinator.intake.cut(), if job.key.is_some() => {}
+    }
 }
 
-/// A client that is gone is noticed by [`evaluate`]; here a failed send is only the end of the sending.
-async fn run(
-    coordinator: &Coordinator,
-    evaluation: u64,
-    requester: Requester,
-    digest: Digest,
-    request: EvaluationRequest,
-    events: &mpsc::Sender<wire::EvaluationEvent>,
-) -> Result<(), Failure> {
-    let _ = events.send(Event::Accepted(evaluation).into()).await;
-    let broker = &coordinator.broker;
-    let (active, mut outcome) = prepare(&coordinator.captures, evaluation, requester, digest, request).await?;
-    let registration = broker.submit(Arc::clone(&active));
+async fn follow(coordinator: &Coordinator, job: &Arc<Job>, events: &Events) {
+    let _ = events.send(Event::Accepted(job.evaluation).into()).await;
     let mut ticks = tokio::time::interval(PROGRESS);
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
-    loop {
+    let end = loop {
         tokio::select! {
-            ended = &mut outcome => {
-                ended.map_err(Failure::of_farm)??;
-                break;
-            }
+            end = job.ended() => break end,
             _ = ticks.tick() => {
-                let progress = with_loss(broker.progress(evaluation), &active);
-                let _ = events.send(Event::Progress(progress).into()).await;
+                if job.active.get().is_some() {
+                    let _ = events.send(Event::Progress(progress(coordinator, job)).into()).await;
+                }
             }
         }
+    };
+    match end.as_deref() {
+        Some(Ok(answer)) => send(answer, events).await,
+        Some(Err(failure)) => {
+            let failed = Event::Failed { request_at_fault: failure.request_at_fault, text: failure.text.clone() };
+            let _ = events.send(failed.into()).await;
+        }
+        None => {}
     }
-    let last = with_loss(broker.progress(evaluation), &active);
-    let _ = events.send(Event::Progress(last).into()).await;
-    drop(registration);
-    let answer = tokio::task::spawn_blocking(move || active.reduction.finish()).await.map_err(Failure::of_farm)?;
-    let answer = answer.map_err(Failure::of_request)?;
-    let finished = Event::Finished { primary_samples: last.primary_samples, invalid_samples: answer.invalid_samples };
-    for statistics in answer.photos {
-        let _ = events.send(Event::Statistics(statistics).into()).await;
+    if job.key.is_some() {
+        // The answer is delivered once the client's stream has taken all of it, and closes.
+        if events.reserve_many(events.max_capacity()).await.is_ok() {
+            job.deliver();
+        }
     }
-    for film in answer.films {
-        for chunk in film_chunks(&film) {
+}
+
+async fn send(answer: &Answer, events: &Events) {
+    let _ = events.send(Event::Progress(answer.progress).into()).await;
+    for statistics in &answer.evaluation.photos {
+        let _ = events.send(Event::Statistics(statistics.clone()).into()).await;
+    }
+    for film in &answer.evaluation.films {
+        for chunk in film_chunks(film) {
             let _ = events.send(chunk.into()).await;
         }
     }
-    let _ = events.send(finished.into()).await;
-    Ok(())
+    let (primary_samples, invalid_samples) = (answer.progress.primary_samples, answer.evaluation.invalid_samples);
+    let _ = events.send(Event::Finished { primary_samples, invalid_samples }.into()).await;
+}
+
+/// How far an evaluation is.
+#[must_use]
+pub fn progress(coordinator: &Coordinator, job: &Job) -> Progress {
+    let progress = coordinator.broker.progress(job.evaluation);
+    job.active.get().map_or(progress, |active| with_loss(progress, active))
 }
 
 #[allow(clippy::cast_precision_loss)]
-fn with_loss(progress: Progress, active: &Active) -> Progress {
+pub(super) fn with_loss(progress: Progress, active: &Active) -> Progress {
     let running = active.reduction.running();
     let observations = running.observations.max(1) as f64;
     let (loss, error) = (running.loss / observations, running.loss_variance.sqrt() / observations);

@@ -40,9 +40,13 @@ const TOML: &str = r#"
 /// A coordinator whose store holds a capture of one photo of two tiles.
 pub async fn coordinator() -> (Coordinator, Digest) {
     let coordinator = Coordinator::new(Blobs::in_memory(), SILENCE);
-    let files = MemoryFiles([("capture.toml".to_owned(), Arc::from(TOML.as_bytes()))].into());
-    let digest = store(&coordinator, &files).await;
+    let digest = store(&coordinator, &files()).await;
     (coordinator, digest)
+}
+
+/// A capture of one photo of two tiles.
+pub fn files() -> MemoryFiles {
+    MemoryFiles([("capture.toml".to_owned(), Arc::from(TOML.as_bytes()))].into())
 }
 
 /// Puts a capture into a coordinator's store.

@@ -8,6 +8,9 @@ use gonio_scene::film::FIRST_HIT_CHANNELS;
 use gonio_scene::{Film, MAX_SIDE, PhotoStatistics, Progress};
 use wire::evaluation_event::Event as Message;
 
+/// The text of [`Event::Failed`] where somebody has cancelled the evaluation.
+pub const CANCELLED: &str = "it was cancelled by somebody";
+
 /// One event of an evaluation, in domain types.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
@@ -39,25 +42,8 @@ impl From<Event> for wire::EvaluationEvent {
     fn from(event: Event) -> Self {
         let event = match event {
             Event::Accepted(evaluation) => Message::Accepted(wire::Accepted { evaluation }),
-            Event::Progress(p) => Message::Progress(wire::Progress {
-                tasks_done: p.tasks_done,
-                tasks: p.tasks,
-                primary_samples: p.primary_samples,
-                loss: p.loss,
-                loss_standard_error: p.loss_standard_error,
-                workers: p.workers,
-            }),
-            Event::Statistics(s) => Message::Statistics(wire::PhotoStatistics {
-                photo: u32::try_from(s.photo).unwrap_or(u32::MAX),
-                observations: s.observations,
-                gram: s.gram,
-                loss_variance: s.loss_variance,
-                chi_square: s.chi_square,
-                squared_error: s.squared_error,
-                log_variance: s.log_variance,
-                peak: s.peak,
-                invalid_samples: s.invalid_samples,
-            }),
+            Event::Progress(p) => Message::Progress(progress_to_wire(p)),
+            Event::Statistics(s) => Message::Statistics(statistics_to_wire(s)),
             Event::Film(chunk) => Message::Film(chunk),
             Event::Finished { primary_samples, invalid_samples } => {
                 Message::Finished(wire::Finished { primary_samples, invalid_samples })
@@ -77,14 +63,7 @@ impl TryFrom<wire::EvaluationEvent> for Event {
     fn try_from(event: wire::EvaluationEvent) -> Result<Self> {
         Ok(match required("EvaluationEvent.event", event.event)? {
             Message::Accepted(accepted) => Self::Accepted(accepted.evaluation),
-            Message::Progress(p) => Self::Progress(Progress {
-                tasks_done: p.tasks_done,
-                tasks: p.tasks,
-                primary_samples: p.primary_samples,
-                loss: finite("Progress.loss", p.loss)?,
-                loss_standard_error: finite_and_not_negative("Progress.loss_standard_error", p.loss_standard_error)?,
-                workers: p.workers,
-            }),
+            Message::Progress(p) => Self::Progress(progress(&p)?),
             Message::Statistics(s) => Self::Statistics(statistics(s)?),
             Message::Film(chunk) => Self::Film(chunk),
             Message::Finished(wire::Finished { primary_samples, invalid_samples }) => {
@@ -98,7 +77,43 @@ impl TryFrom<wire::EvaluationEvent> for Event {
     }
 }
 
-fn statistics(s: wire::PhotoStatistics) -> Result<PhotoStatistics> {
+pub(super) fn progress_to_wire(p: Progress) -> wire::Progress {
+    wire::Progress {
+        tasks_done: p.tasks_done,
+        tasks: p.tasks,
+        primary_samples: p.primary_samples,
+        loss: p.loss,
+        loss_standard_error: p.loss_standard_error,
+        workers: p.workers,
+    }
+}
+
+pub(super) fn progress(p: &wire::Progress) -> Result<Progress> {
+    Ok(Progress {
+        tasks_done: p.tasks_done,
+        tasks: p.tasks,
+        primary_samples: p.primary_samples,
+        loss: finite("Progress.loss", p.loss)?,
+        loss_standard_error: finite_and_not_negative("Progress.loss_standard_error", p.loss_standard_error)?,
+        workers: p.workers,
+    })
+}
+
+pub(super) fn statistics_to_wire(s: PhotoStatistics) -> wire::PhotoStatistics {
+    wire::PhotoStatistics {
+        photo: u32::try_from(s.photo).unwrap_or(u32::MAX),
+        observations: s.observations,
+        gram: s.gram,
+        loss_variance: s.loss_variance,
+        chi_square: s.chi_square,
+        squared_error: s.squared_error,
+        log_variance: s.log_variance,
+        peak: s.peak,
+        invalid_samples: s.invalid_samples,
+    }
+}
+
+pub(super) fn statistics(s: wire::PhotoStatistics) -> Result<PhotoStatistics> {
     let side = s.gram.len().isqrt();
     if side * side != s.gram.len() || side == 0 || side > limits::COLUMNS + 1 {
         let problem = format!("has {} numbers, must have (1 + columns)^2", s.gram.len());

@@ -4,11 +4,15 @@
 pub mod digest;
 pub mod event;
 pub mod film;
+pub mod job;
+pub mod key;
 pub mod manifest;
+pub mod reduced;
 pub mod request;
 pub mod task;
 
 pub use digest::Digest;
+pub use key::Key;
 
 use crate::limits;
 

@@ -2,6 +2,7 @@
 
 use super::{Digest, Result, WireError, at_most, finite, named, text};
 use crate::{limits, wire};
+use bytes::Bytes;
 use gonio_scene::capture::Range;
 use gonio_scene::{EvaluationRequest, Output, Parameter, Term};
 use std::collections::BTreeSet;
@@ -84,6 +85,7 @@ pub fn request_to_wire(digest: Digest, request: &EvaluationRequest) -> wire::Eva
         .into(),
         client: String::new(),
         class: wire::Class::Interactive.into(),
+        key: Bytes::new(),
     }
 }
 

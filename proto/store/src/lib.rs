@@ -4,10 +4,12 @@
 //! never changed; whoever reads it verifies its digest.
 
 mod error;
+mod log;
 mod objects;
 mod s3;
 
 pub use error::StoreError;
+pub use log::Log;
 pub use objects::Objects;
 
 use bytes::Bytes;

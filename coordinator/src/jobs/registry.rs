@@ -1,0 +1,70 @@
+//! All evaluations that run.
+
+use super::Job;
+use gonio_proto::Key;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Evaluations by number and by key. Clones share them.
+#[derive(Debug, Clone, Default)]
+pub struct Jobs {
+    /// Held for microseconds; never across an await.
+    state: Arc<Mutex<State>>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    /// Added by [`Jobs::add`], removed by [`Jobs::remove`].
+    by_number: BTreeMap<u64, Arc<Job>>,
+    by_key: BTreeMap<Key, u64>,
+}
+
+impl Jobs {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds an evaluation, unless one with its key runs: then that one is returned as the error.
+    ///
+    /// # Errors
+    /// The evaluation that has the key.
+    pub fn add(&self, job: Job) -> Result<Arc<Job>, Arc<Job>> {
+        let mut state = self.state();
+        if let Some(there) = job.key.and_then(|key| state.by_key.get(&key)).and_then(|number| state.by_number.get(number)) {
+            return Err(Arc::clone(there));
+        }
+        let job = Arc::new(job);
+        state.by_number.insert(job.evaluation, Arc::clone(&job));
+        if let Some(key) = job.key {
+            state.by_key.insert(key, job.evaluation);
+        }
+        Ok(job)
+    }
+
+    /// Removes an evaluation that is over.
+    pub fn remove(&self, job: &Job) {
+        let mut state = self.state();
+        state.by_number.remove(&job.evaluation);
+        if let Some(key) = job.key {
+            state.by_key.remove(&key);
+        }
+    }
+
+    /// All of them, in the order in which they came.
+    #[must_use]
+    pub fn all(&self) -> Vec<Arc<Job>> {
+        self.state().by_number.values().cloned().collect()
+    }
+
+    /// Cancels the one with a key, or those of a client; returns how many.
+    #[must_use]
+    pub fn cancel(&self, key: Option<Key>, client: &str, why: &str) -> u32 {
+        let meant = |job: &Arc<Job>| match key {
+            Some(key) => job.key == Some(key),
+            None => !client.is_empty() && job.requester.client == client,
+        };
+        let meant: Vec<_> = self.all().into_iter().filter(meant).collect();
+        meant.iter().for_each(|job| job.cancel(why));
+        meant.len() as u32
+    }
+}

@@ -4,11 +4,15 @@
 //! of its own, say and hear what real ones do; their films are one pixel large, so that what is measured is the broker, the
 //! sessions and the conversions, not the reduction.
 
+use anyhow::Context;
 use futures::StreamExt;
 use gonio_coordinator::aggregate::reduction::ReducedPhoto;
 use gonio_coordinator::aggregate::{Recipe, Reduction};
 use gonio_coordinator::broker::{Active, Broker, Failure, SILENCE, ToWorker, session};
+use gonio_coordinator::journal::{self, Journal};
 use gonio_coordinator::split::{CHUNK_SAMPLES, PhotoArea, Split};
+use gonio_coordinator::store::Blobs;
+use gonio_proto::convert::key::Key;
 use gonio_proto::Digest;
 use gonio_proto::convert::film::film_to_wire;
 use gonio_proto::convert::request::{Class, Requester};
@@ -41,7 +45,12 @@ fn main() -> anyhow::Result<()> {
     }
     let runtime = tokio::runtime::Runtime::new()?;
     for round in 0..3 {
-        runtime.block_on(assign(round))?;
+        runtime.block_on(assign(round, None))?;
+    }
+    for round in 0..3 {
+        let folder = tempfile::tempdir()?;
+        let store = folder.path().to_str().context("a folder whose name is text")?;
+        runtime.block_on(assign(round, Some(Blobs::open(store)?)))?;
     }
     Ok(())
 }
@@ -49,7 +58,7 @@ fn main() -> anyhow::Result<()> {
 type Evaluation = (Arc<Active>, oneshot::Receiver<Result<(), Failure>>);
 
 /// An evaluation with the tasks of a split.
-fn evaluation(number: u64, split: Split, photos: Vec<ReducedPhoto>) -> Evaluation {
+fn evaluation(number: u64, split: Split, photos: Vec<ReducedPhoto>, keeper: Option<(Journal, Key)>) -> Evaluation {
     let split = Arc::new(split);
     let reduction = Reduction::new(Output::Statistics, Arc::clone(&split), photos);
     let setup = Setup {
@@ -61,11 +70,15 @@ fn evaluation(number: u64, split: Split, photos: Vec<ReducedPhoto>) -> Evaluatio
         class: Class::Batch,
     };
     let (active, outcome) = Active::new(Requester::default(), setup, split, vec![0], 1, reduction);
+    let active = match keeper {
+        Some((journal, key)) => active.kept(journal, key),
+        None => active,
+    };
     (Arc::new(active), outcome)
 }
 
-/// `SIDE` x `SIDE` tiles, one pixel of each of which counts, times `CHUNKS` of samples.
-fn small_tasks(number: u64) -> Evaluation {
+/// `SIDE` x `SIDE` tiles, one pixel of each of which counts, times `chunks` of samples.
+fn small_tasks(number: u64, chunks: u32, keeper: Option<(Journal, Key)>) -> Evaluation {
     let side = 32 * SIDE;
     let pixels = (side * side) as usize;
     let first = |i: usize| i.is_multiple_of(32);
@@ -73,12 +86,12 @@ fn small_tasks(number: u64) -> Evaluation {
     let image = Image { width: side, height: side, pixels: vec![[0.5; 3]; pixels] };
     let photograph = Arc::new(Photograph { image, counts, clipped: 0 });
     let area = PhotoArea { width: side, height: side, counted: Some(&photograph) };
-    let split = Split::new(&[area], 2 * CHUNK_SAMPLES * CHUNKS, Output::Statistics, 0).expect("a split");
+    let split = Split::new(&[area], 2 * CHUNK_SAMPLES * chunks, Output::Statistics, 0).expect("a split");
     let recipe = Recipe::new(&Plan::default(), &Capture::default(), 0);
     let sensor = Sensor { read_noise: 0.01, ..Sensor::default() };
     let photograph = Some(photograph);
     let photo = ReducedPhoto { index: 0, width: side, height: side, recipe, sensor, photograph, peak: 0.5 };
-    evaluation(number, split, vec![photo])
+    evaluation(number, split, vec![photo], keeper)
 }
 
 /// Prints what `side` x `side` queued tasks of full tiles take, by how much the process has grown.
@@ -87,7 +100,7 @@ fn memory(side: u32) {
     let (start, before) = (Instant::now(), resident());
     let area = PhotoArea { width: 32 * side, height: 32 * side, counted: None };
     let split = Split::new(&[area], 2, Output::Statistics, 0).expect("a split");
-    let registration = broker.submit(evaluation(1, split, vec![]).0);
+    let registration = broker.submit(evaluation(1, split, vec![], None).0);
     let (took, tasks) = (start.elapsed(), side * side);
     match resident().zip(before) {
         Some((after, before)) => {
@@ -106,8 +119,14 @@ fn resident() -> Option<u64> {
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kilobytes| 1024 * kilobytes)
 }
 
-/// Prints assignments a second and how long workers waited for them.
-async fn assign(round: u32) -> anyhow::Result<()> {
+/// Prints assignments a second and how long workers waited for them. With a store, every task is a tile of its own, and all
+/// that is reduced is in the store when the clock stops.
+async fn assign(round: u32, store: Option<Blobs>) -> anyhow::Result<()> {
+    let journal = match &store {
+        Some(blobs) => Some(journal::open(blobs).await?.0),
+        None => None,
+    };
+    let keeper = journal.clone().zip(Some(Key::fresh()?));
     let broker = Broker::new(1, Duration::from_secs(3600));
     let waits = Arc::new(Mutex::new(Vec::new()));
     let workers: Vec<_> = (0..WORKERS)
@@ -120,10 +139,17 @@ async fn assign(round: u32) -> anyhow::Result<()> {
     while broker.workers() < WORKERS {
         tokio::time::sleep(Duration::from_millis(1)).await;
     }
-    let (active, outcome) = small_tasks(broker.new_evaluation());
+    let chunks = if keeper.is_some() { 1 } else { CHUNKS };
+    let (active, outcome) = small_tasks(broker.new_evaluation(), chunks, keeper.clone());
     let start = Instant::now();
+    if let Some((journal, key)) = &keeper {
+        anyhow::ensure!(journal.accept(*key, wire::EvaluationRequest::default()).await, "the journal is lost");
+    }
     let registration = broker.submit(active);
     outcome.await?.map_err(|failure| anyhow::anyhow!(failure.text))?;
+    if let Some(journal) = &journal {
+        journal.release().await;
+    }
     let took = start.elapsed();
     drop(registration);
     broker.close();
@@ -134,8 +160,9 @@ async fn assign(round: u32) -> anyhow::Result<()> {
     waits.sort_unstable();
     let counters = broker.counters();
     println!(
-        "round {round}: {WORKERS} workers, {} tasks in {took:.2?}: {:.0} assignments/s, each committed; {} messages of tasks, \
+        "round {round}, {}: {WORKERS} workers, {} tasks in {took:.2?}: {:.0} assignments/s, each committed; {} messages of tasks, \
          from asking to hearing p50 {:.2?}, p99 {:.2?}",
+        if journal.is_some() { "in a folder" } else { "in memory" },
         counters.committed,
         counters.granted as f64 / took.as_secs_f64(),
         waits.len(),

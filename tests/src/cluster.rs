@@ -53,6 +53,18 @@ impl Process {
         self.0.wait().unwrap()
     }
 
+    /// How it ends by itself; `None` if it does not in this time.
+    pub fn wait_for(&mut self, patience: std::time::Duration) -> Option<ExitStatus> {
+        let begin = std::time::Instant::now();
+        while begin.elapsed() < patience {
+            if let Some(status) = self.0.try_wait().unwrap() {
+                return Some(status);
+            }
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+        None
+    }
+
     /// Sends a signal by its name, such as `STOP`.
     pub fn signal(&self, name: &str) {
         let (name, id) = (format!("-{name}"), self.0.id().to_string());
@@ -112,6 +124,25 @@ impl Cluster {
             cluster.add_worker();
         }
         cluster
+    }
+
+    /// A coordinator over a folder, and its workers.
+    pub fn durable(store: &Path, workers: usize) -> Self {
+        Self::start_with(store.to_str().unwrap(), workers)
+    }
+
+    /// Kills the coordinator without a warning, and starts another at its address over the same store.
+    pub fn replace_coordinator(&mut self, store: &Path) {
+        self.coordinator.signal("KILL");
+        self.coordinator = Process::spawn(&mut Command::new("true"));
+        self.coordinator = self.another_coordinator(store, &[]);
+    }
+
+    /// One more coordinator at the same address, such as a standby.
+    pub fn another_coordinator(&self, store: &Path, more: &[&str]) -> Process {
+        let address = self.url.strip_prefix("http://").unwrap();
+        let arguments = ["--listen", address, "--store", store.to_str().unwrap()];
+        Process::start("gonio-coordinator", &[&arguments, more].concat())
     }
 
     pub fn add_worker(&mut self) {

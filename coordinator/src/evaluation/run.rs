@@ -21,6 +21,9 @@ use tonic::Status;
 /// Events that wait for a slow client; more wait at their source.
 const EVENTS: usize = 8;
 
+/// Why an evaluation ends that nobody listens to.
+const GONE: &str = "the client is gone";
+
 /// A request that has been checked.
 struct Checked {
     message: wire::EvaluationRequest,
@@ -107,7 +110,7 @@ async fn run(coordinator: Coordinator, job: Arc<Job>, checked: Checked, tiles: B
         // It goes on elsewhere: nothing is written down.
         () = coordinator.intake.cut(), if job.key.is_some() => None,
         end = work(&coordinator, &job, checked, tiles) => Some(end),
-        () = job.abandoned() => Some(Err(Failure::of_farm("the client is gone"))),
+        () = job.abandoned() => Some(Err(Failure::of_farm(GONE))),
         why = job.cancelled() => Some(Err(Failure::of_request(why))),
     };
     let counters = coordinator.broker.counters();
@@ -121,9 +124,12 @@ async fn run(coordinator: Coordinator, job: Arc<Job>, checked: Checked, tiles: B
         Ok(_) => tracing::info!(evaluation = job.evaluation, ?counters, "finished"),
         Err(Failure { text, .. }) => tracing::info!(evaluation = job.evaluation, ?counters, text, "failed"),
     }
-    job.finish(end);
     if let Some(key) = job.key {
+        // Nobody who listens: then nobody has for long enough.
+        let given_up = matches!(&end, Err(failure) if failure.text == GONE) && job.listeners() == 0;
+        job.finish(end);
         tokio::select! {
+            () = std::future::ready(()), if given_up => {}
             () = job.delivered() => {}
             () = job.abandoned() => {}
             () = coordinator.intake.cut() => {}
@@ -133,6 +139,7 @@ async fn run(coordinator: Coordinator, job: Arc<Job>, checked: Checked, tiles: B
             journal.over(key).await;
         }
     } else {
+        job.finish(end);
         // Those who listen have the job itself.
         coordinator.jobs.remove(&job);
         job.abandoned().await;

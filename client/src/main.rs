@@ -21,6 +21,8 @@ fn main() -> ExitCode {
         Command::Fit(arguments) => (commands::fit::run(&arguments), arguments.farm.json),
         Command::Diagnose(arguments) => (commands::diagnose::run(&arguments), arguments.farm.json),
         Command::Sweep(arguments) => (commands::sweep::run(&arguments), arguments.farm.json),
+        Command::Hdr(arguments) => (commands::prepare::hdr::run(&arguments), arguments.json),
+        Command::Matte(arguments) => (commands::prepare::matte::run(&arguments), arguments.json),
         Command::Check(arguments) => (commands::check::run(&arguments), arguments.json),
     };
     match result {

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod diagnose;
 pub mod fit;
+pub mod prepare;
 pub mod render;
 pub mod sweep;
 

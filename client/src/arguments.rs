@@ -2,7 +2,7 @@
 
 mod prepare;
 
-pub use prepare::{HdrArguments, MatteArguments, colour};
+pub use prepare::{CompositeArguments, HdrArguments, MatteArguments, PlanArguments, camera, colour};
 
 use clap::{Args, Parser, Subcommand};
 use gonio_fit::SolverName;
@@ -50,6 +50,12 @@ pub enum Command {
     /// Cut a part out of two photos before different backdrops: soft silhouette and unmixed colour
     #[command(after_help = EXIT_CODES)]
     Matte(MatteArguments),
+    /// List views over a hemisphere from which to photograph a part
+    #[command(after_help = EXIT_CODES)]
+    Plan(PlanArguments),
+    /// Blend the nearest photographed view of a part into pictures
+    #[command(after_help = EXIT_CODES)]
+    Composite(CompositeArguments),
     /// Validate a capture and everything that it names, and summarise it
     #[command(after_help = EXIT_CODES)]
     Check(CheckArguments),

@@ -23,6 +23,8 @@ fn main() -> ExitCode {
         Command::Sweep(arguments) => (commands::sweep::run(&arguments), arguments.farm.json),
         Command::Hdr(arguments) => (commands::prepare::hdr::run(&arguments), arguments.json),
         Command::Matte(arguments) => (commands::prepare::matte::run(&arguments), arguments.json),
+        Command::Plan(arguments) => (commands::prepare::plan::run(&arguments), false),
+        Command::Composite(arguments) => (commands::prepare::composite::run(&arguments), arguments.json),
         Command::Check(arguments) => (commands::check::run(&arguments), arguments.json),
     };
     match result {

@@ -4,5 +4,7 @@
 //! Pure: images and numbers go in, images, numbers and files' bytes come out. What is read from where is for the command
 //! line. Every refusal is a [`SceneError`](gonio_scene::SceneError): one line that names file, key and mend.
 
+pub mod composite;
 pub mod hdr;
 pub mod matte;
+pub mod plan;

@@ -47,7 +47,11 @@ fn stack(seconds: &[f64], noise: f64, change: impl Fn(usize, usize, usize, [f64;
                 }));
             }
         }
-        Shot { name: format!("shot{k}.png"), image: Image { width: width as u32, height: height as u32, pixels }, seconds }
+        Shot {
+            name: format!("shot{k}.png"),
+            image: Image { width: width as u32, height: height as u32, pixels },
+            seconds,
+        }
     };
     seconds.iter().enumerate().map(shot).collect()
 }

@@ -1,6 +1,7 @@
 //! What may be written after the commands that prepare data.
 
 use clap::Args;
+use gonio_prepare::composite::Method;
 use gonio_prepare::hdr::Region;
 use std::path::PathBuf;
 
@@ -57,6 +58,9 @@ pub struct MatteArguments {
     /// Bits of a channel
     #[arg(long, value_name = "BITS", default_value_t = 8, value_parser = depth)]
     pub depth: u8,
+    /// Leave shadows on the backdrop in the matte, as a black veil
+    #[arg(long)]
+    pub keep_shadows: bool,
     /// Round alpha to 0 or 1, for comparison
     #[arg(long)]
     pub binary: bool,
@@ -78,5 +82,62 @@ fn depth(text: &str) -> Result<u8, String> {
         "8" => Ok(8),
         "16" => Ok(16),
         _ => Err("write 8 or 16".to_owned()),
+    }
+}
+
+/// `gonio plan`.
+#[derive(Debug, Args)]
+pub struct PlanArguments {
+    /// Degrees between neighbouring views: 15 gives 104
+    #[arg(long, value_name = "DEGREES", default_value_t = 15.0)]
+    pub interval: f64,
+    /// Distance of the cameras from the part, in any unit
+    #[arg(long, value_name = "DISTANCE", default_value_t = 1.0)]
+    pub radius: f64,
+    /// File to write: .json, which `gonio composite` reads, or .csv
+    #[arg(long, value_name = "VIEWS.json|.csv")]
+    pub out: PathBuf,
+}
+
+/// `gonio composite`.
+#[derive(Debug, Args)]
+pub struct CompositeArguments {
+    /// The plan; beside it lies <view name>.png for its views, as `gonio matte` writes them
+    #[arg(value_name = "VIEWS.json")]
+    pub views: PathBuf,
+    /// Picture to blend into: one for all cameras, or one for each, such as a video's frames
+    #[arg(long, value_name = "IMAGE", required = true, num_args = 1..)]
+    pub background: Vec<PathBuf>,
+    /// Azimuth and elevation in degrees, and distance in the plan's unit; may be repeated
+    #[arg(long, value_name = "AZ,EL,DISTANCE", value_parser = camera, required_unless_present = "cameras", allow_hyphen_values = true)]
+    pub camera: Vec<[f64; 3]>,
+    /// File of such cameras, one a line, after those of --camera
+    #[arg(long, value_name = "CAMERAS.csv")]
+    pub cameras: Option<PathBuf>,
+    /// Where the part's middle lies in the picture, pixels from the upper left; absent, in the picture's middle
+    #[arg(long, value_name = "X,Y", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
+    pub at: Vec<i64>,
+    /// How to blend: alpha-blur, alpha or binary
+    #[arg(long, value_name = "METHOD", default_value = "alpha-blur")]
+    pub method: Method,
+    /// Folder to write frame_0000.png and so on to; created if need be
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Write the summary as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A camera such as 30,45,1.5.
+pub fn camera(text: &str) -> Result<[f64; 3], String> {
+    let mend = "write AZIMUTH,ELEVATION,DISTANCE with a distance above 0, such as 30,45,1.5";
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse::<f64>()).collect();
+    match numbers.as_deref() {
+        Ok(&[azimuth, elevation, distance])
+            if azimuth.is_finite() && elevation.is_finite() && distance.is_finite() && distance > 0.0 =>
+        {
+            Ok([azimuth, elevation, distance])
+        }
+        _ => Err(mend.to_owned()),
     }
 }

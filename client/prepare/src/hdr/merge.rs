@@ -79,7 +79,9 @@ fn merge_pixel(stack: &Stack, response: &Response, times: &[f64], pixel: usize) 
     }
     let reference: [Option<f64>; 3] = std::array::from_fn(|c| median(response, times, &values, c));
     let moved: Vec<bool> = (0..times.len())
-        .map(|shot| (0..3).any(|c| values[shot].is_some_and(|v| contradicts(response, times[shot], v[c], reference[c], c))))
+        .map(|shot| {
+            (0..3).any(|c| values[shot].is_some_and(|v| contradicts(response, times[shot], v[c], reference[c], c)))
+        })
         .collect();
     let mut mark = if moved.contains(&true) { Mark::Moved } else { Mark::Good };
     let mut radiance = [0.0_f32; 3];

@@ -51,7 +51,8 @@ pub(super) fn check(file: &str, map: &Image, key: &str) -> Result<(), SceneError
     if map.width == 2 * map.height && map.height > 0 {
         return Ok(());
     }
-    let problem = format!("is {} x {} pixels, and an equirectangular map is twice as wide as high", map.width, map.height);
+    let problem =
+        format!("is {} x {} pixels, and an equirectangular map is twice as wide as high", map.width, map.height);
     Err(SceneError::new(file, problem, "leave --turn, --level and --fill-below away, or give full panoramas").at(key))
 }
 
@@ -97,7 +98,9 @@ mod tests {
         // The front was tilted up: what it saw in the middle, the level camera sees 20 degrees above the horizon.
         let above = ((90.0 - 20.0) / 180.0 * 64.0) as usize;
         assert!((there.pixels[64 + 128 * above][2] - map.pixels[64 + 128 * 32][2]).abs() < 0.06);
-        assert!(orient("map", &Image { width: 3, height: 3, pixels: vec![[0.0; 3]; 9] }, Orientation::default()).is_err());
+        assert!(
+            orient("map", &Image { width: 3, height: 3, pixels: vec![[0.0; 3]; 9] }, Orientation::default()).is_err()
+        );
         Ok(())
     }
 }

@@ -43,10 +43,10 @@ pub fn plot(response: &Response) -> String {
         }
         svg.push_str("\"/>\n");
     }
-    let _ = write!(
+    let _ = writeln!(
         svg,
         "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">exposure / stops from code 128</text>\
-         <text x=\"16\" y=\"{:.1}\" transform=\"rotate(-90 16 {:.1})\" text-anchor=\"middle\">code</text></svg>\n",
+         <text x=\"16\" y=\"{:.1}\" transform=\"rotate(-90 16 {:.1})\" text-anchor=\"middle\">code</text></svg>",
         x(0.5 * (least + most)),
         SIZE[1] - 14.0,
         y(127.5),

@@ -32,7 +32,9 @@ pub fn calibrate(stack: &Stack, region: Region) -> Result<Response, SceneError> 
                 "and the other photos share {} patches of the region that are neither black nor saturated in two of them",
                 patches.len()
             );
-            return Err(SceneError::new(name, problem, "choose a larger --region, or nearer exposure times").at("region"));
+            return Err(
+                SceneError::new(name, problem, "choose a larger --region, or nearer exposure times").at("region")
+            );
         }
         let log_times: Vec<Option<f64>> = stack.log_times().into_iter().map(Some).collect();
         tables.push(solve(&patches, &log_times));

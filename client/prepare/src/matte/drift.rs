@@ -67,7 +67,8 @@ pub(super) fn estimate(backed: &Backed) -> Result<Drift, SceneError> {
     let share = pairs().filter(near).count() as f64 / backed.on.pixels.len().max(1) as f64;
     if share < SMALLEST_SHARE {
         let problem = format!("shows its backdrop {} in {:.1} % of its pixels", backed.plate_name, 100.0 * share);
-        let mend = "give --plate in the order of --on, photographed from the same place, and leave backdrop around the part";
+        let mend =
+            "give --plate in the order of --on, photographed from the same place, and leave backdrop around the part";
         return Err(SceneError::new(&backed.name, problem, mend).at("--plate"));
     }
     Ok(Drift { gain })

@@ -46,21 +46,29 @@ impl Matte {
     }
 }
 
+/// What becomes of shadows on the backdrop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Shadows {
+    /// They fall to the background.
+    #[default]
+    Remove,
+    /// They stay, as a black veil: what triangulation alone says.
+    Keep,
+}
+
 /// Solves alpha and foreground of every pixel from two backdrops. Drift of exposure and colour balance between photo and
 /// backdrop is estimated where the backdrop shows, and undone. Where both photos are the backdrop darkened, over more than a
-/// hair's breadth, it is taken for a shadow and falls to the background.
+/// hair's breadth, it is taken for a shadow.
 ///
 /// # Errors
 /// Sizes differ, the backdrops are alike, or a photo does not show its backdrop.
-pub fn matte(backed: &[Backed; 2]) -> Result<Matte, SceneError> {
+pub fn matte(backed: &[Backed; 2], shadows: Shadows) -> Result<Matte, SceneError> {
     let [a, b] = backed;
     let size = (a.on.width, a.on.height);
     for (name, image) in [(&b.name, &b.on), (&a.plate_name, &a.plate), (&b.plate_name, &b.plate)] {
         if (image.width, image.height) != size {
-            let problem = format!(
-                "is {} x {} pixels, but {} is {} x {}",
-                image.width, image.height, a.name, size.0, size.1
-            );
+            let problem =
+                format!("is {} x {} pixels, but {} is {} x {}", image.width, image.height, a.name, size.0, size.1);
             return Err(SceneError::new(name, problem, "give photos and plates of one size").at("--on, --plate"));
         }
     }
@@ -69,6 +77,9 @@ pub fn matte(backed: &[Backed; 2]) -> Result<Matte, SceneError> {
     let [(on_a, plate_a), (on_b, plate_b)] = [drift::undone(a, &drift[0], side), drift::undone(b, &drift[1], side)];
     triangulate::check(backed, &plate_a, &plate_b)?;
     let (mut colour, mut alpha) = triangulate::solve([&on_a, &on_b], [&plate_a, &plate_b]);
-    let shadow = shadow::remove([&on_a, &on_b], [&plate_a, &plate_b], &mut colour, &mut alpha);
+    let shadow = match shadows {
+        Shadows::Remove => shadow::remove([&on_a, &on_b], [&plate_a, &plate_b], &mut colour, &mut alpha),
+        Shadows::Keep => 0,
+    };
     Ok(Matte { colour, alpha, drift, shadow })
 }

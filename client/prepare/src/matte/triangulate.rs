@@ -15,7 +15,8 @@ pub(super) fn check(backed: &[Backed; 2], plate_a: &Image, plate_b: &Image) -> R
         return Ok(());
     }
     let problem = format!("and {} are alike in {:.0} % of the pixels", backed[1].plate_name, 100.0 * share);
-    let mend = "photograph the part before two backdrops of different colour, such as blue and green, or black and white";
+    let mend =
+        "photograph the part before two backdrops of different colour, such as blue and green, or black and white";
     Err(SceneError::new(&backed[0].plate_name, problem, mend).at("--plate"))
 }
 
@@ -34,8 +35,7 @@ pub(super) fn solve(on: [&Image; 2], plate: [&Image; 2]) -> (Image, Vec<f32>) {
         let dot: f32 = (0..3).map(|c| (a[c] - b[c]) * (back_a[c] - back_b[c])).sum();
         // Where the backdrops are alike the difference says nothing, and the floor keeps noise from deciding.
         let alpha = (1.0 - dot / squared(&back_a, &back_b).max(1e-4)).clamp(0.0, 1.0);
-        let mixed: [f32; 3] =
-            std::array::from_fn(|c| 0.5 * (a[c] + b[c] - (1.0 - alpha) * (back_a[c] + back_b[c])));
+        let mixed: [f32; 3] = std::array::from_fn(|c| 0.5 * (a[c] + b[c] - (1.0 - alpha) * (back_a[c] + back_b[c])));
         pixels.push(mixed.map(|value| if alpha > 1e-3 { (value / alpha).clamp(0.0, 1.0) } else { 0.0 }));
         alphas.push(alpha);
     }

@@ -1,6 +1,6 @@
 //! `gonio hdr`: a radiance map from a stack of exposures.
 
-use super::{beside, image, write};
+use super::{beside, image, text, write};
 use crate::arguments::HdrArguments;
 use crate::failure::Failure;
 use crate::output::{tell, tell_error, to_json};
@@ -102,13 +102,6 @@ fn orientation(arguments: &HdrArguments) -> Result<Orientation, Failure> {
         return Err(Failure::Input("--turn, --level: write finite numbers of degrees".to_owned()));
     }
     Ok(Orientation { turn: arguments.turn, pitch, roll })
-}
-
-fn text(path: &Path) -> Result<String, Failure> {
-    std::fs::read_to_string(path).map_err(|error| {
-        let problem = format!("cannot be read: {error}");
-        SceneError::new(path.display().to_string(), problem, "correct the path, or its permissions").into()
-    })
 }
 
 fn response(path: &Path) -> Result<Response, Failure> {

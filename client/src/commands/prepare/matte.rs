@@ -4,7 +4,7 @@ use super::{image, write};
 use crate::arguments::{MatteArguments, colour};
 use crate::failure::Failure;
 use crate::output::{tell, to_json};
-use gonio_prepare::matte::{Backed, Depth, encode, matte};
+use gonio_prepare::matte::{Backed, Depth, Shadows, encode, matte};
 use gonio_scene::image::Image;
 use std::path::Path;
 
@@ -15,7 +15,8 @@ pub fn run(arguments: &MatteArguments) -> Result<(), Failure> {
         return Err(Failure::Input(text.to_owned()));
     };
     let backed = [backed(on_a, plate_a)?, backed(on_b, plate_b)?];
-    let mut found = matte(&backed)?;
+    let shadows = if arguments.keep_shadows { Shadows::Keep } else { Shadows::Remove };
+    let mut found = matte(&backed, shadows)?;
     if arguments.binary {
         found.harden();
     }

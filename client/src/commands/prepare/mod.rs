@@ -1,9 +1,12 @@
 //! The commands that prepare data: from raw photographs to what a capture is made of.
 
+pub mod composite;
 pub mod hdr;
 pub mod matte;
+pub mod plan;
 
 use crate::failure::Failure;
+use gonio_scene::SceneError;
 use gonio_scene::files::DirectoryFiles;
 use gonio_scene::image::{Image, read};
 use std::path::{Path, PathBuf};
@@ -11,6 +14,14 @@ use std::path::{Path, PathBuf};
 /// An image file that the command line names.
 fn image(path: &Path) -> Result<Image, Failure> {
     Ok(read(&DirectoryFiles::new("."), &path.display().to_string())?)
+}
+
+/// A text file that the command line names.
+fn text(path: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(path).map_err(|error| {
+        let problem = format!("cannot be read: {error}");
+        SceneError::new(path.display().to_string(), problem, "correct the path, or its permissions").into()
+    })
 }
 
 /// The path of a file beside `out`: map.exr and `preview.png` give map.preview.png.

@@ -145,17 +145,23 @@ fn a_published_matte_is_found_again() {
         plate: read(&format!("back{side}")),
     });
     let published = read("alpha");
-    let mut means = [0.0; 2];
-    for (mean, shadows) in means.iter_mut().zip([Shadows::Keep, Shadows::Remove]) {
-        let found = matte(&pair, shadows).unwrap();
-        let sum: f64 = found.alpha.iter().zip(&published.pixels).map(|(a, b)| f64::from((a - b[0]).abs())).sum();
-        *mean = sum / found.alpha.len() as f64;
-        println!("flowers, shadows {shadows:?}: {mean:.5}, {:?}, shadow {}", found.drift, found.shadow);
-        if let Some(out) = std::env::var_os("GONIO_TEST_OUT") {
-            let path = PathBuf::from(out).join(format!("flowers-{shadows:?}.png"));
-            std::fs::write(path, encode("flowers", &found, Depth::Eight).unwrap()).unwrap();
-        }
+    let [kept, removed] = [Shadows::Keep, Shadows::Remove].map(|shadows| matte(&pair, shadows).unwrap());
+    // The published method has no notion of a shadow: there the two differ by intent.
+    let shadow = |k: usize| kept.alpha[k] > 0.0 && removed.alpha[k] == 0.0;
+    let mean = |alpha: &[f32], use_it: &dyn Fn(usize) -> bool| {
+        let differences = (0..alpha.len()).filter(|&k| use_it(k)).map(|k| (alpha[k] - published.pixels[k][0]).abs());
+        let (sum, count) = differences.fold((0.0, 0), |(sum, count), off| (sum + f64::from(off), count + 1));
+        sum / f64::from(count)
+    };
+    let lit = mean(&removed.alpha, &|k| !shadow(k));
+    let (all_kept, all_removed) = (mean(&kept.alpha, &|_| true), mean(&removed.alpha, &|_| true));
+    println!(
+        "flowers: {lit:.5} off the shadow; with it {all_kept:.5} kept, {all_removed:.5} removed; {:?}",
+        kept.drift
+    );
+    if let Some(out) = std::env::var_os("GONIO_TEST_OUT") {
+        std::fs::write(PathBuf::from(out).join("flowers.png"), encode("flowers", &removed, Depth::Eight).unwrap())
+            .unwrap();
     }
-    // The published method has no notion of a shadow.
-    assert!(means[0] < 0.01, "{means:?}");
+    assert!(lit < 0.01 && all_kept < 0.012, "{lit} {all_kept}");
 }

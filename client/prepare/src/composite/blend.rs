@@ -77,8 +77,12 @@ pub fn composite(picture: &mut Image, sprite: &Sprite, place: Place, method: Met
                 continue;
             }
             let through = 1.0 - alpha;
+            let level = alpha * (LEVELS - 1) as f32;
             let behind = match &pyramid {
-                Some(pyramid) if through > 1e-3 => pyramid.at(x - frame[0], y - frame[1], alpha * (LEVELS - 1) as f32),
+                // A hundredth of a level is not seen; noise of a matte's empty parts must not cost time.
+                Some(pyramid) if through > 1e-3 && level > 0.01 => {
+                    pyramid.at(*pixel, x - frame[0], y - frame[1], level)
+                }
                 _ => *pixel,
             };
             *pixel = [r + through * behind[0], g + through * behind[1], b + through * behind[2]];

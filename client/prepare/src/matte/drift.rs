@@ -50,11 +50,12 @@ pub(super) fn estimate(backed: &Backed) -> Result<Drift, SceneError> {
         // A channel that the backdrop lacks keeps its gain: nothing there depends on it.
         let Some(peak) = peak else { continue };
         let mut found = libm::exp((2.0 * peak as f64 / (BINS - 1) as f64 - 1.0) * LARGEST);
-        for _ in 0..8 {
+        // Ever narrower: shadows lie below the gain in close succession, and would pull it down.
+        for width in [0.02, 0.015, 0.012, 0.01, 0.008, 0.006, 0.006, 0.006] {
             let (mut sum, mut total) = (0.0, 1e-12);
             for (on, plate) in pairs().filter(|(on, _)| on[c] < 0.99) {
                 let (on, plate) = (f64::from(on[c]), f64::from(plate[c]));
-                let off = (on - found * plate) / 0.015;
+                let off = (on - found * plate) / width;
                 let weight = 1.0 / ((1.0 + off * off) * (1.0 + off * off));
                 sum += weight * on * plate;
                 total += weight * plate * plate;

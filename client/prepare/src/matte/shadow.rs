@@ -6,6 +6,8 @@ use gonio_scene::image::Image;
 const RADIUS: usize = 3;
 /// Largest light, multiplied by alpha, that a shadow has of its own.
 const OWN_LIGHT: f32 = 0.03;
+/// Part of a square of that breadth that has to be dark: noise leaves gaps, and a hair fills a seventh.
+const MOST_OF_BOX: f32 = 0.6;
 /// Strongest shadow.
 const STRONGEST: f32 = 0.85;
 
@@ -24,8 +26,9 @@ pub(super) fn remove(on: [&Image; 2], plate: [&Image; 2], colour: &mut Image, al
             (0.015..STRONGEST).contains(&alpha[k]) && light < OWN_LIGHT && veiled
         })
         .collect();
-    let core = box_all(&dark, width, height);
-    let reach = box_any(&core, width, height);
+    let least = (MOST_OF_BOX * (2 * RADIUS + 1).pow(2) as f32) as usize;
+    let core: Vec<bool> = counts(&dark, width, height, RADIUS).iter().map(|&count| count >= least).collect();
+    let reach: Vec<bool> = counts(&core, width, height, RADIUS + 1).iter().map(|&count| count > 0).collect();
     let mut removed = 0;
     for k in (0..alpha.len()).filter(|&k| dark[k] && reach[k]) {
         alpha[k] = 0.0;
@@ -35,22 +38,10 @@ pub(super) fn remove(on: [&Image; 2], plate: [&Image; 2], colour: &mut Image, al
     removed
 }
 
-/// Whether all pixels of the square about each are set.
-fn box_all(set: &[bool], width: usize, height: usize) -> Vec<bool> {
-    let unset: Vec<bool> = set.iter().map(|set| !set).collect();
-    grown(&unset, width, height, RADIUS).iter().map(|set| !set).collect()
-}
-
-/// Whether any pixel of the square about each is set, one further than [`box_all`] looks.
-fn box_any(set: &[bool], width: usize, height: usize) -> Vec<bool> {
-    grown(set, width, height, RADIUS + 1)
-}
-
-fn grown(set: &[bool], width: usize, height: usize, radius: usize) -> Vec<bool> {
-    let along = |set: &[bool], count: usize, step: usize, k: usize, at: usize| {
-        let (from, to) = (at.saturating_sub(radius), (at + radius).min(count - 1));
-        (from..=to).any(|other| set[k + other * step - at * step])
-    };
-    let rows: Vec<bool> = (0..set.len()).map(|k| along(set, width, 1, k, k % width)).collect();
-    (0..set.len()).map(|k| along(&rows, height, width, k, k / width)).collect()
+/// How many pixels of the square about each are set.
+fn counts(set: &[bool], width: usize, height: usize, radius: usize) -> Vec<usize> {
+    let span = |at: usize, count: usize| at.saturating_sub(radius)..(at + radius + 1).min(count);
+    let rows: Vec<usize> =
+        (0..set.len()).map(|k| span(k % width, width).filter(|x| set[k - k % width + x]).count()).collect();
+    (0..set.len()).map(|k| span(k / width, height).map(|y| rows[y * width + k % width]).sum()).collect()
 }

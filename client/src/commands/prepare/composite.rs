@@ -40,6 +40,7 @@ pub fn run(arguments: &CompositeArguments) -> Result<(), Failure> {
     let folder = arguments.views.parent().unwrap_or(Path::new("."));
     let mut sprites: BTreeMap<(usize, u64), Sprite> = BTreeMap::new();
     let mut background = image(&backgrounds[0])?;
+    let mut picture = background.clone();
     let mut spent = Duration::ZERO;
     for (k, &[azimuth, elevation, distance]) in cameras.iter().enumerate() {
         if k > 0 && backgrounds.len() > 1 {
@@ -64,7 +65,9 @@ pub fn run(arguments: &CompositeArguments) -> Result<(), Failure> {
             row: centre[1].saturating_sub(sprite.height as i64 / 2),
         };
         let start = Instant::now();
-        let mut picture = background.clone();
+        // The buffer is kept: fresh pages would cost more than the blending.
+        (picture.width, picture.height) = (background.width, background.height);
+        picture.pixels.clone_from(&background.pixels);
         composite(&mut picture, sprite, place, arguments.method);
         spent += start.elapsed();
         save(&arguments.out.join(format!("frame_{k:04}.png")), &picture)?;

@@ -79,7 +79,7 @@ mod tests {
 
     fn smooth() -> Image {
         let pixels = (0..128 * 64).map(|k| {
-            let (x, y) = (((k % 128) as f64 + 0.5) / 128.0 * TAU, ((k / 128) as f64 + 0.5) / 64.0 * PI);
+            let (x, y) = ((f64::from(k % 128) + 0.5) / 128.0 * TAU, (f64::from(k / 128) + 0.5) / 64.0 * PI);
             let around = libm::sin(y) as f32;
             [2.0 + around * libm::cos(x) as f32, 2.0 + around * libm::sin(x) as f32, 2.0 + libm::cos(y) as f32]
         });

@@ -27,7 +27,12 @@ pub struct Suspect {
 /// none is.
 pub fn correct_times(stack: &mut Stack, region: Region, known: Option<&Response>) -> Vec<Suspect> {
     let mut suspects: Vec<Suspect> = Vec::new();
-    let patches = patches(stack, region, 1);
+    // At a curve's steep ends residuals are large for other reasons, such as a film's fog.
+    let mut patches = patches(stack, region, 1);
+    for value in patches.iter_mut().flatten() {
+        *value = value.filter(|value| (0.1..0.94).contains(value));
+    }
+    patches.retain(|patch| patch.iter().flatten().count() >= 2);
     if stack.shots().len() < 4 || patches.len() < 20 {
         return suspects;
     }

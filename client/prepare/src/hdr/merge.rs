@@ -11,6 +11,8 @@ const SATURATED: f32 = 250.5 / 255.0;
 const FLOOR: f32 = 3.5 / 255.0;
 /// Disagreement in ln(radiance), beside five standard deviations of a code, beyond which something moved.
 const MOVED: f64 = 0.35;
+/// And in value: ten codes.
+const MOVED_VALUE: f32 = 10.0 / 255.0;
 /// A pixel's noise in codes, at least: rounding and what is usual for 8-bit files.
 const NOISE_CODES: f64 = 1.0;
 
@@ -133,7 +135,9 @@ fn contradicts(response: &Response, time: f64, value: f32, reference: Option<f64
     let Some(reference) = reference.filter(|_| exposed(value)) else { return false };
     let predicted = response.value(c, reference + time).clamp(FLOOR, SATURATED);
     let noise = deviation(response, c, value).max(deviation(response, c, predicted));
-    (response.log_exposure(c, value) - time - reference).abs() > MOVED + 5.0 * noise
+    // Where the curve is steep, such as in a film's fog, a few codes are a large ratio, and nothing moved.
+    (value - predicted).abs() > MOVED_VALUE
+        && (response.log_exposure(c, value) - time - reference).abs() > MOVED + 5.0 * noise
 }
 
 fn mean(

@@ -1,5 +1,9 @@
 //! What may be written on the command line.
 
+mod prepare;
+
+pub use prepare::{CompositeArguments, HdrArguments, MatteArguments, PlanArguments, camera, colour};
+
 use clap::{Args, Parser, Subcommand};
 use gonio_fit::SolverName;
 use std::path::PathBuf;
@@ -40,6 +44,18 @@ pub enum Command {
     /// Render a capture at many values of its numbers, from many views, into a folder or bucket with a table
     #[command(after_help = EXIT_CODES)]
     Sweep(SweepArguments),
+    /// Merge a stack of exposures into a radiance map, and learn the camera's response
+    #[command(after_help = EXIT_CODES)]
+    Hdr(HdrArguments),
+    /// Cut a part out of two photos before different backdrops: soft silhouette and unmixed colour
+    #[command(after_help = EXIT_CODES)]
+    Matte(MatteArguments),
+    /// List views over a hemisphere from which to photograph a part
+    #[command(after_help = EXIT_CODES)]
+    Plan(PlanArguments),
+    /// Blend the nearest photographed view of a part into pictures
+    #[command(after_help = EXIT_CODES)]
+    Composite(CompositeArguments),
     /// Validate a capture and everything that it names, and summarise it
     #[command(after_help = EXIT_CODES)]
     Check(CheckArguments),

@@ -24,6 +24,10 @@ fn main() -> ExitCode {
         Command::Jobs(arguments) => (commands::jobs::list(&arguments), arguments.json),
         Command::Attach(arguments) => (commands::jobs::attach(&arguments), arguments.farm.json),
         Command::Cancel(arguments) => (commands::jobs::cancel(&arguments), arguments.farm.json),
+        Command::Hdr(arguments) => (commands::prepare::hdr::run(&arguments), arguments.json),
+        Command::Matte(arguments) => (commands::prepare::matte::run(&arguments), arguments.json),
+        Command::Plan(arguments) => (commands::prepare::plan::run(&arguments), false),
+        Command::Composite(arguments) => (commands::prepare::composite::run(&arguments), arguments.json),
         Command::Check(arguments) => (commands::check::run(&arguments), arguments.json),
     };
     match result {

@@ -12,9 +12,9 @@ use gonio_coordinator::broker::{Active, Broker, Failure, SILENCE, ToWorker, sess
 use gonio_coordinator::journal::{self, Journal};
 use gonio_coordinator::split::{CHUNK_SAMPLES, PhotoArea, Split};
 use gonio_coordinator::store::Blobs;
-use gonio_proto::convert::key::Key;
 use gonio_proto::Digest;
 use gonio_proto::convert::film::film_to_wire;
+use gonio_proto::convert::key::Key;
 use gonio_proto::convert::request::{Class, Requester};
 use gonio_proto::convert::task::{Setup, tasks_from_wire};
 use gonio_proto::wire::{self, from_worker, to_worker};

@@ -165,7 +165,8 @@ async fn jobs_are_listed_and_cancelled_by_client() {
     let list = coordinator.list();
     let clients: Vec<_> = list.jobs.iter().map(|job| (job.client.as_str(), job.listeners)).collect();
     assert_eq!((clients, list.workers), (vec![("test", 1), ("other", 1)], 1));
-    let cancel = |client: &str| coordinator.cancel(&wire::CancelRequest { client: client.into(), ..Default::default() });
+    let cancel =
+        |client: &str| coordinator.cancel(&wire::CancelRequest { client: client.into(), ..Default::default() });
     assert_eq!((cancel("nobody").unwrap(), cancel("test").unwrap()), (0, 1));
     assert_eq!(answer(events).await.unwrap_err(), CANCELLED);
     until(async || coordinator.list().jobs.len() == 1).await;

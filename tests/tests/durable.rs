@@ -99,7 +99,8 @@ fn whoever_is_replaced_stops_and_says_why() {
 fn jobs_are_listed_followed_and_cancelled() {
     let cluster = Cluster::start(1);
     let gonio = |arguments: &[&str]| {
-        let output = Command::new(PROGRAMS.join("gonio")).args(arguments).args(["--farm", &cluster.url]).output().unwrap();
+        let output =
+            Command::new(PROGRAMS.join("gonio")).args(arguments).args(["--farm", &cluster.url]).output().unwrap();
         let texts = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
         (output.status.code(), texts)
     };

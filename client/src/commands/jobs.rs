@@ -56,7 +56,10 @@ pub fn list(arguments: &JobsArguments) -> Result<(), Failure> {
     }
     tell(&format!("{} workers, {} threads", summary.workers, summary.slots));
     if !summary.clients.is_empty() {
-        tell(&format!("{:<40} {:<12} {:>5}  {:>15}  {:>22}  {:>7}", "client", "class", "evals", "tasks", "loss", "seconds"));
+        tell(&format!(
+            "{:<40} {:<12} {:>5}  {:>15}  {:>22}  {:>7}",
+            "client", "class", "evals", "tasks", "loss", "seconds"
+        ));
     }
     for c in &summary.clients {
         let tasks = format!("{} / {}", c.tasks_done, c.tasks);
@@ -89,7 +92,13 @@ pub fn attach(arguments: &ClientArguments) -> Result<(), Failure> {
         let line = if arguments.farm.json {
             serde_json::to_string(&client).unwrap_or_default()
         } else {
-            format!("{} / {} tasks, {} samples, loss {}", client.tasks_done, client.tasks, client.primary_samples, loss(&client))
+            format!(
+                "{} / {} tasks, {} samples, loss {}",
+                client.tasks_done,
+                client.tasks,
+                client.primary_samples,
+                loss(&client)
+            )
         };
         if line != told {
             tell(&line);

@@ -4,6 +4,7 @@ pub mod check;
 pub mod diagnose;
 pub mod fit;
 pub mod jobs;
+pub mod prepare;
 pub mod render;
 pub mod sweep;
 

@@ -6,9 +6,9 @@ mod open;
 pub use gonio_proto::convert::job::Job;
 pub use open::OpenCapture;
 
+use futures::StreamExt;
 use gonio_coordinator::store::Blobs;
 use gonio_coordinator::{Coordinator, broker};
-use futures::StreamExt;
 use gonio_proto::convert::manifest::pack;
 use gonio_proto::convert::request::{Class, Requester};
 use gonio_proto::{Digest, limits, wire};

@@ -138,11 +138,7 @@ fn is_away(status: &Status) -> bool {
 }
 
 /// Collects an evaluation's events to its end. Returning early drops the stream, which cancels the evaluation.
-async fn follow(
-    mut events: Events,
-    request: &EvaluationRequest,
-    watch: &mut Watch<'_>,
-) -> Result<Evaluation, End> {
+async fn follow(mut events: Events, request: &EvaluationRequest, watch: &mut Watch<'_>) -> Result<Evaluation, End> {
     let mut evaluation = Evaluation::default();
     let mut films = FilmCollector::default();
     let mut progress = Progress::default();

@@ -164,7 +164,9 @@ async fn work(
         match active.reduction.restore(tile, reduced) {
             Ok(()) => restored.push(tile),
             // It is rendered again.
-            Err(problem) => tracing::warn!(evaluation = job.evaluation, problem, "a tile of the journal is not taken over"),
+            Err(problem) => {
+                tracing::warn!(evaluation = job.evaluation, problem, "a tile of the journal is not taken over")
+            }
         }
     }
     let registration = broker.resume(Arc::clone(&active), &restored);

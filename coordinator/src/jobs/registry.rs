@@ -30,7 +30,9 @@ impl Jobs {
     /// The evaluation that has the key.
     pub fn add(&self, job: Job) -> Result<Arc<Job>, Arc<Job>> {
         let mut state = self.state();
-        if let Some(there) = job.key.and_then(|key| state.by_key.get(&key)).and_then(|number| state.by_number.get(number)) {
+        if let Some(there) =
+            job.key.and_then(|key| state.by_key.get(&key)).and_then(|number| state.by_number.get(number))
+        {
             return Err(Arc::clone(there));
         }
         let job = Arc::new(job);

@@ -19,7 +19,9 @@ pub enum ClaimError {
     #[error("--store: the journal cannot be read or written: {0}")]
     Store(#[from] StoreError),
     /// A segment is not what a coordinator writes.
-    #[error("--store: segment {number} of the journal is damaged ({problem}); move journal/ away to start without what ran")]
+    #[error(
+        "--store: segment {number} of the journal is damaged ({problem}); move journal/ away to start without what ran"
+    )]
     Damaged {
         /// Which.
         number: u64,

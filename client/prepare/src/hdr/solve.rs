@@ -1,0 +1,198 @@
+//! The response curve from a stack.
+
+use super::region::Region;
+use super::response::{LEVELS, Response, place};
+use super::stack::Stack;
+use gonio_scene::SceneError;
+use nalgebra::{DMatrix, DVector};
+
+/// Patches that the curve is learnt from.
+const SAMPLES: usize = 3000;
+/// Weight of the curve's second difference (lambda of equation 3), as a part of the data's.
+const SMOOTHNESS: f64 = 2e-3;
+/// Residual, in ln(exposure), beyond which an observation counts less: what moved must not shape the curve.
+const OUTLYING: f64 = 0.1;
+
+/// A patch's value by shot; none where it is saturated, dark, or outside of the frame.
+pub(super) type Patch = Vec<Option<f32>>;
+
+/// Learns the response of all three channels from the `region` of a stack: minimises
+/// sum w(z)^2 [g(z_ij) - ln E_i - ln t_j]^2 + lambda^2 sum w(z)^2 g''(z)^2 (Debevec and Malik 1997, equation 3) with
+/// g(128) = 0, reweighted so that few patches that moved do not matter.
+///
+/// # Errors
+/// No part of the region is exposed in two shots.
+pub fn calibrate(stack: &Stack, region: Region) -> Result<Response, SceneError> {
+    let mut tables = Vec::with_capacity(3);
+    for channel in 0..3 {
+        let patches = patches(stack, region, channel);
+        if patches.len() < 20 {
+            let name = stack.shots().first().map_or("PHOTOS", |shot| shot.name.as_str());
+            let problem = format!(
+                "and the other photos share {} patches of the region that are neither black nor saturated in two of them",
+                patches.len()
+            );
+            return Err(
+                SceneError::new(name, problem, "choose a larger --region, or nearer exposure times").at("region")
+            );
+        }
+        let log_times: Vec<Option<f64>> = stack.log_times().into_iter().map(Some).collect();
+        tables.push(solve(&patches, &log_times));
+    }
+    let mut tables = tables.into_iter();
+    let mut next = || tables.next().unwrap_or_default();
+    Ok(Response::new([next(), next(), next()]))
+}
+
+/// Smooth 3 x 3 patches of the region that are exposed in two or more shots, spread over the brightnesses. Their mean has
+/// a third of a pixel's noise, which would bend the curve.
+pub(super) fn patches(stack: &Stack, region: Region, channel: usize) -> Vec<Patch> {
+    let (width, height) = stack.size();
+    let [left, top, right, bottom] = region.bounds(width, height);
+    let (left, top) = (left.max(1), top.max(1));
+    let (right, bottom) = (right.min(width - 1), bottom.min(height - 1));
+    let area = right.saturating_sub(left) * bottom.saturating_sub(top);
+    // About twenty times as many as are kept: enough to be choosy.
+    let step = (libm::sqrt(area as f64 / (20.0 * SAMPLES as f64)) as usize).max(1);
+    let mut found: Vec<(f64, f64, Patch)> = Vec::new();
+    for y in (top..bottom).step_by(step) {
+        for x in (left..right).step_by(step) {
+            let (mut roughness, mut brightness) = (0.0_f64, 0.0);
+            let patch: Patch = (0..stack.shots().len())
+                .map(|shot| {
+                    let (mean, spread) = patch(stack, shot, channel, x, y)?;
+                    brightness += mean;
+                    if !(0.012..=0.98).contains(&mean) {
+                        return None;
+                    }
+                    roughness = roughness.max(spread);
+                    Some(mean as f32)
+                })
+                .collect();
+            if patch.iter().flatten().count() >= 2 {
+                found.push((roughness, brightness, patch));
+            }
+        }
+    }
+    found.sort_by(|a, b| a.1.total_cmp(&b.1));
+    // Of every run of equally bright patches the smoothest are taken.
+    let run = found.len().div_ceil(SAMPLES / 10).max(1);
+    let mut kept = Vec::with_capacity(SAMPLES);
+    for run in found.chunks_mut(run) {
+        run.sort_by(|a, b| a.0.total_cmp(&b.0));
+        kept.extend(run.iter().take(10).map(|(_, _, patch)| patch.clone()));
+    }
+    kept
+}
+
+/// Mean and range of the 3 x 3 pixels about (x, y); none where one of them is clipped or outside of the frame.
+fn patch(stack: &Stack, shot: usize, channel: usize, x: usize, y: usize) -> Option<(f64, f64)> {
+    let (width, _) = stack.size();
+    let (mut sum, mut least, mut most) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
+    for row in y - 1..=y + 1 {
+        for column in x - 1..=x + 1 {
+            let value = f64::from(stack.value(shot, row * width + column)?[channel]);
+            sum += value;
+            least = least.min(value);
+            most = most.max(value);
+        }
+    }
+    // A clipped pixel would pull its patch's mean.
+    (least > 0.004 && most < 0.994).then_some((sum / 9.0, most - least))
+}
+
+/// Debevec and Malik's hat: how much a value 0..1 is trusted.
+pub(super) fn hat(value: f32) -> f64 {
+    f64::from(value.min(1.0 - value).max(0.0)) * 2.0
+}
+
+/// ln E of a patch under a curve `g`, and its total weight; shots without a time are left out.
+pub(super) fn log_radiance(g: &[f64], patch: &Patch, log_times: &[Option<f64>]) -> Option<f64> {
+    let mut total = (0.0, 0.0);
+    for (value, time) in patch.iter().zip(log_times) {
+        if let (&Some(value), &Some(time)) = (value, time) {
+            let weight = hat(value) * hat(value);
+            total = (total.0 + weight * (at(g, value) - time), total.1 + weight);
+        }
+    }
+    (total.1 > 0.0).then(|| total.0 / total.1)
+}
+
+/// A curve at a value 0..1.
+pub(super) fn at(g: &[f64], value: f32) -> f64 {
+    let (k, part) = place(value);
+    g[k] + part * (g[k + 1] - g[k])
+}
+
+/// The curve of one channel; a shot whose time is none takes no part.
+pub(super) fn solve(patches: &[Patch], log_times: &[Option<f64>]) -> Vec<f64> {
+    let mut g = least_squares(patches, log_times, None);
+    for _ in 0..3 {
+        g = least_squares(patches, log_times, Some(&g));
+    }
+    g
+}
+
+/// One solution of equation 3: the patches' ln E are eliminated, which leaves 256 unknowns however many patches there are.
+fn least_squares(patches: &[Patch], log_times: &[Option<f64>], previous: Option<&[f64]>) -> Vec<f64> {
+    let mut normal = DMatrix::<f64>::zeros(LEVELS, LEVELS);
+    let mut right = DVector::<f64>::zeros(LEVELS);
+    let mut terms: Vec<(usize, f64, f64, f64)> = Vec::new();
+    let mut total = 0.0;
+    for patch in patches {
+        let radiance = previous.and_then(|g| log_radiance(g, patch, log_times));
+        terms.clear();
+        for (value, time) in patch.iter().zip(log_times) {
+            let (&Some(value), &Some(time)) = (value, time) else { continue };
+            let mut weight = hat(value) * hat(value);
+            if let (Some(g), Some(radiance)) = (previous, radiance) {
+                let residual = (at(g, value) - time - radiance) / OUTLYING;
+                weight /= (1.0 + residual * residual) * (1.0 + residual * residual);
+            }
+            let (k, part) = place(value);
+            terms.push((k, part, time, weight));
+        }
+        let sum: f64 = terms.iter().map(|term| term.3).sum();
+        if terms.len() < 2 || sum <= 0.0 {
+            continue;
+        }
+        total += sum;
+        let mean_time = terms.iter().map(|term| term.3 * term.2).sum::<f64>() / sum;
+        for &(k, part, time, weight) in &terms {
+            for (a, share) in [(k, 1.0 - part), (k + 1, part)] {
+                right[a] += weight * share * (time - mean_time);
+                normal[(a, k)] += weight * share * (1.0 - part);
+                normal[(a, k + 1)] += weight * share * part;
+                for &(other, other_part, _, other_weight) in &terms {
+                    let both = weight * share * other_weight / sum;
+                    normal[(a, other)] -= both * (1.0 - other_part);
+                    normal[(a, other + 1)] -= both * other_part;
+                }
+            }
+        }
+    }
+    let scale = total.max(1.0) / LEVELS as f64;
+    for k in 1..LEVELS - 1 {
+        let hat = hat(k as f32 / 255.0).max(0.02);
+        // In codes over 16, so that the weight reads as a part of the data's.
+        let smooth = SMOOTHNESS * scale * hat * hat * 256.0;
+        for (a, left) in [(k - 1, 1.0), (k, -2.0), (k + 1, 1.0)] {
+            for (b, other) in [(k - 1, 1.0), (k, -2.0), (k + 1, 1.0)] {
+                normal[(a, b)] += smooth * left * other;
+            }
+        }
+    }
+    normal[(128, 128)] += total.max(1.0);
+    // The tiniest part of the diagonal keeps the matrix positive definite where no patch has a code.
+    for k in 0..LEVELS {
+        normal[(k, k)] += 1e-12 * scale;
+    }
+    let solution = normal.cholesky().map(|factor| factor.solve(&right));
+    // Never singular thanks to the terms above; a line is the neutral answer if rounding says otherwise.
+    let g: Vec<f64> = solution.map_or_else(
+        || (0..LEVELS).map(|k| (k as f64 - 128.0) / 64.0).collect(),
+        |solution| solution.iter().copied().collect(),
+    );
+    let middle = g[128];
+    g.into_iter().map(|value| value - middle).collect()
+}

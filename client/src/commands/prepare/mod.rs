@@ -1,0 +1,39 @@
+//! The commands that prepare data: from raw photographs to what a capture is made of.
+
+pub mod composite;
+pub mod hdr;
+pub mod matte;
+pub mod plan;
+
+use crate::failure::Failure;
+use gonio_scene::SceneError;
+use gonio_scene::files::DirectoryFiles;
+use gonio_scene::image::{Image, read};
+use std::path::{Path, PathBuf};
+
+/// An image file that the command line names.
+fn image(path: &Path) -> Result<Image, Failure> {
+    Ok(read(&DirectoryFiles::new("."), &path.display().to_string())?)
+}
+
+/// A text file that the command line names.
+fn text(path: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(path).map_err(|error| {
+        let problem = format!("cannot be read: {error}");
+        SceneError::new(path.display().to_string(), problem, "correct the path, or its permissions").into()
+    })
+}
+
+/// The path of a file beside `out`: map.exr and `preview.png` give map.preview.png.
+fn beside(out: &Path, ending: &str) -> PathBuf {
+    out.with_extension(ending)
+}
+
+/// Writes beside its place and renames, so that nobody reads half of a file.
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let mut part = path.as_os_str().to_owned();
+    part.push(".part");
+    std::fs::write(&part, bytes)
+        .and_then(|()| std::fs::rename(&part, path))
+        .map_err(|error| Failure::Failed(format!("{}: cannot be written: {error}", path.display())))
+}

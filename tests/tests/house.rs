@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Every crate of the workspace with the crates of ours that it may depend on (tests and benchmarks included).
-const MAY_DEPEND_ON: [(&str, &[&str]); 11] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 13] = [
     ("gonio-scene", &[]),
     ("gonio-proto", &["gonio-scene"]),
     ("gonio-store", &["gonio-proto"]),
@@ -14,6 +14,8 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 11] = [
     ("gonio-fit", &["gonio-scene"]),
     ("gonio-diagnose", &["gonio-scene", "gonio-fit"]),
     ("gonio-sweep", &["gonio-scene"]),
+    ("gonio-study", &[]),
+    ("gonio-calibrate", &["gonio-scene"]),
     ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-tracer"]),
     ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store"]),
     (
@@ -25,6 +27,8 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 11] = [
             "gonio-fit",
             "gonio-diagnose",
             "gonio-sweep",
+            "gonio-study",
+            "gonio-calibrate",
             "gonio-coordinator",
             "gonio-worker",
         ],
@@ -45,12 +49,14 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 11] = [
 ];
 
 /// Libraries that must not reach a crate, even through others: transport stays out of the domain, the tracer and the fit.
-const NEVER: [(&str, &[&str]); 5] = [
+const NEVER: [(&str, &[&str]); 7] = [
     ("gonio-scene", &["tokio", "tonic", "prost"]),
     ("gonio-tracer", &["tokio", "tonic", "prost"]),
     ("gonio-fit", &["tokio", "tonic", "prost"]),
     ("gonio-diagnose", &["tokio", "tonic", "prost"]),
     ("gonio-sweep", &["tokio", "tonic", "prost"]),
+    ("gonio-study", &["tokio", "tonic", "prost"]),
+    ("gonio-calibrate", &["tokio", "tonic", "prost"]),
 ];
 
 fn metadata() -> serde_json::Value {

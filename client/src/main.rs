@@ -22,6 +22,11 @@ fn main() -> ExitCode {
         Command::Diagnose(arguments) => (commands::diagnose::run(&arguments), arguments.farm.json),
         Command::Sweep(arguments) => (commands::sweep::run(&arguments), arguments.farm.json),
         Command::Check(arguments) => (commands::check::run(&arguments), arguments.json),
+        Command::Dprime(arguments) => (commands::dprime::run(&arguments), arguments.json),
+        Command::Study(arguments) => (commands::study::run(&arguments), arguments.json),
+        Command::Import(arguments) => (commands::import::run(&arguments), arguments.json),
+        Command::New(arguments) => (commands::new::run(&arguments), arguments.json),
+        Command::Calibrate(arguments) => (commands::calibrate::run(&arguments), arguments.json),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

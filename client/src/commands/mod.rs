@@ -1,9 +1,15 @@
 //! The subcommands, one file or folder each.
 
+pub mod calibrate;
 pub mod check;
 pub mod diagnose;
+pub mod dprime;
 pub mod fit;
+pub mod import;
+pub mod new;
+mod prepare;
 pub mod render;
+pub mod study;
 pub mod sweep;
 
 use crate::arguments::FarmArguments;

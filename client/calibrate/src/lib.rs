@@ -19,4 +19,4 @@ pub use board::{Board, Corner};
 pub use draft::{Draft, Part, ring};
 pub use geometry::{Pose, project};
 pub use import::{bop, colmap, transforms};
-pub use view::{Imported, View};
+pub use view::{Imported, Located, View};

@@ -1,5 +1,6 @@
 //! What importers give: photos with cameras, and placed meshes.
 
+use gonio_scene::Result;
 use gonio_scene::capture::Camera;
 
 /// One photo with its camera, in the conventions of the capture format.
@@ -23,3 +24,6 @@ pub struct Imported {
     /// What the source does not say of its world.
     pub world: &'static str,
 }
+
+/// An image that was found: its path, and its width and height in pixels.
+pub type Located = Result<(String, (u32, u32))>;

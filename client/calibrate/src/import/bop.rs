@@ -2,7 +2,7 @@
 
 use crate::geometry::Pose;
 use crate::json::{numbers, parse};
-use crate::view::{Imported, View};
+use crate::view::{Imported, Located, View};
 use gonio_scene::capture::Camera;
 use gonio_scene::{Result, SceneError};
 use serde_json::Value;
@@ -19,11 +19,7 @@ const METRES: f64 = 1e-3;
 /// # Errors
 /// No JSON, a key that is missing or of another kind, a rotation that is none, no pose at all, or an image that `locate`
 /// does not find.
-pub fn bop(
-    camera: &str,
-    truth: Option<&str>,
-    locate: &dyn Fn(u32) -> Result<(String, (u32, u32))>,
-) -> Result<Imported> {
+pub fn bop(camera: &str, truth: Option<&str>, locate: &dyn Fn(u32) -> Located) -> Result<Imported> {
     let cameras = parse(CAMERA, camera)?;
     let truth = truth.map(|text| parse(TRUTH, text)).transpose()?;
     let mut images: Vec<(u32, &str, &Value)> = Vec::new();

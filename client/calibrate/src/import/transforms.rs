@@ -2,7 +2,7 @@
 
 use crate::geometry::Pose;
 use crate::json::{numbers, parse};
-use crate::view::{Imported, View};
+use crate::view::{Imported, Located, View};
 use gonio_scene::capture::Camera;
 use gonio_scene::{Result, SceneError};
 use serde_json::Value;
@@ -13,7 +13,7 @@ use serde_json::Value;
 /// # Errors
 /// No JSON, no frame, a key that is missing or of another kind, a matrix that is no rigid motion, a fisheye camera, or an
 /// image that `locate` does not find.
-pub fn transforms(file: &str, text: &str, locate: &dyn Fn(&str) -> Result<(String, (u32, u32))>) -> Result<Imported> {
+pub fn transforms(file: &str, text: &str, locate: &dyn Fn(&str) -> Located) -> Result<Imported> {
     let top = parse(file, text)?;
     let frames = top.get("frames").and_then(Value::as_array).filter(|frames| !frames.is_empty());
     let frames = frames.ok_or_else(|| {

@@ -68,6 +68,21 @@ pub enum Command {
     /// End what a client of a farm has under way; its program stops, and keeps what it had done
     #[command(after_help = EXIT_CODES)]
     Cancel(ClientArguments),
+    /// Tell from people's ratings how well they know rendered images from photographs: d', d_a, per observer and image
+    #[command(after_help = EXIT_CODES)]
+    Dprime(crate::commands::dprime::DprimeArguments),
+    /// Serve a page on which people rate images from "definitely real" to "definitely synthetic"
+    #[command(after_help = EXIT_CODES)]
+    Study(crate::commands::study::StudyArguments),
+    /// Make a capture of poses that COLMAP, NeRF tools or the BOP benchmark estimated
+    #[command(after_help = EXIT_CODES)]
+    Import(crate::commands::import::ImportArguments),
+    /// Make a capture of meshes and photos, with every guess marked
+    #[command(after_help = EXIT_CODES)]
+    New(crate::commands::new::NewArguments),
+    /// Calibrate a camera from photos of a ChArUco board
+    #[command(after_help = EXIT_CODES)]
+    Calibrate(crate::commands::calibrate::CalibrateArguments),
 }
 
 /// What every command that renders accepts.

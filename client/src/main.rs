@@ -29,6 +29,11 @@ fn main() -> ExitCode {
         Command::Plan(arguments) => (commands::prepare::plan::run(&arguments), false),
         Command::Composite(arguments) => (commands::prepare::composite::run(&arguments), arguments.json),
         Command::Check(arguments) => (commands::check::run(&arguments), arguments.json),
+        Command::Dprime(arguments) => (commands::dprime::run(&arguments), arguments.json),
+        Command::Study(arguments) => (commands::study::run(&arguments), arguments.json),
+        Command::Import(arguments) => (commands::import::run(&arguments), arguments.json),
+        Command::New(arguments) => (commands::new::run(&arguments), arguments.json),
+        Command::Calibrate(arguments) => (commands::calibrate::run(&arguments), arguments.json),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

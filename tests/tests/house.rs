@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Every crate of the workspace with the crates of ours that it may depend on (tests and benchmarks included).
-const MAY_DEPEND_ON: [(&str, &[&str]); 12] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 14] = [
     ("gonio-scene", &[]),
     ("gonio-proto", &["gonio-scene"]),
     ("gonio-store", &["gonio-proto"]),
@@ -15,6 +15,8 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 12] = [
     ("gonio-diagnose", &["gonio-scene", "gonio-fit"]),
     ("gonio-sweep", &["gonio-scene"]),
     ("gonio-prepare", &["gonio-scene"]),
+    ("gonio-study", &[]),
+    ("gonio-calibrate", &["gonio-scene"]),
     ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-tracer"]),
     ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store"]),
     (
@@ -27,6 +29,8 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 12] = [
             "gonio-diagnose",
             "gonio-sweep",
             "gonio-prepare",
+            "gonio-study",
+            "gonio-calibrate",
             "gonio-coordinator",
             "gonio-worker",
         ],
@@ -47,13 +51,15 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 12] = [
 ];
 
 /// Libraries that must not reach a crate, even through others: transport stays out of the domain, the tracer and the fit.
-const NEVER: [(&str, &[&str]); 6] = [
+const NEVER: [(&str, &[&str]); 8] = [
     ("gonio-scene", &["tokio", "tonic", "prost"]),
     ("gonio-tracer", &["tokio", "tonic", "prost"]),
     ("gonio-fit", &["tokio", "tonic", "prost"]),
     ("gonio-diagnose", &["tokio", "tonic", "prost"]),
     ("gonio-sweep", &["tokio", "tonic", "prost"]),
     ("gonio-prepare", &["tokio", "tonic", "prost"]),
+    ("gonio-study", &["tokio", "tonic", "prost"]),
+    ("gonio-calibrate", &["tokio", "tonic", "prost"]),
 ];
 
 fn metadata() -> serde_json::Value {

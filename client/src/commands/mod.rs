@@ -1,11 +1,17 @@
 //! The subcommands, one file or folder each.
 
+pub mod calibrate;
 pub mod check;
 pub mod diagnose;
+pub mod dprime;
+mod draft;
 pub mod fit;
+pub mod import;
 pub mod jobs;
+pub mod new;
 pub mod prepare;
 pub mod render;
+pub mod study;
 pub mod sweep;
 
 use crate::arguments::FarmArguments;

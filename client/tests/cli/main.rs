@@ -12,4 +12,5 @@ mod fit;
 mod fixture;
 mod interrupt;
 mod render;
+mod study;
 mod sweep;

@@ -165,7 +165,7 @@ async fn work(
             Ok(()) => restored.push(tile),
             // It is rendered again.
             Err(problem) => {
-                tracing::warn!(evaluation = job.evaluation, problem, "a tile of the journal is not taken over")
+                tracing::warn!(evaluation = job.evaluation, problem, "a tile of the journal is not taken over");
             }
         }
     }

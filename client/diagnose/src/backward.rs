@@ -47,7 +47,7 @@ fn without(
     let mut parts = model.parts.clone();
     let variant = parts.remove(k).variant;
     let mut nulls: Vec<(String, f64)> = variant.directions.iter().map(|d| (d.name.clone(), d.null)).collect();
-    nulls.extend(variant.finer.iter().map(|name| (name.clone(), 0.0)));
+    nulls.extend(variant.finer.iter().flatten().map(|name| (name.clone(), 0.0)));
     capture.set_numbers(&nulls)?;
     let kept = |name: &String| parts.iter().any(|p| p.variant.free.contains(name));
     capture.fit.parameters.retain(|name| !variant.free.contains(name) || kept(name));

@@ -216,7 +216,7 @@ fn findings(selection: &Selection, judgement: Option<&Judgement>) -> Result<Vec<
 
 fn null(variant: &Variant, name: &str) -> Option<f64> {
     let scored = variant.directions.iter().find(|d| d.name == name).map(|d| d.null);
-    scored.or_else(|| variant.finer.iter().any(|n| n == name).then_some(0.0))
+    scored.or_else(|| variant.finer.iter().flatten().any(|n| n == name).then_some(0.0))
 }
 
 /// The set's names, without rivals that were found on their own.

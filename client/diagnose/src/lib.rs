@@ -13,6 +13,7 @@ mod diagnose;
 pub mod effects;
 mod error;
 mod event;
+mod finer;
 mod judge;
 mod measured;
 mod model;

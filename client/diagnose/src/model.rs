@@ -63,7 +63,7 @@ impl Model {
             };
             fit.photos = evaluate(farm.as_mut(), &request, observer)?.photos;
         }
-        let left_out = left_out(&capture, &fit, &fit.photos);
+        let left_out = left_out(&capture, &fit, &fit.photos, 0);
         Ok(Self { capture, files, parts, fit, left_out })
     }
 
@@ -109,7 +109,13 @@ impl Model {
     /// columns are its own.
     #[must_use]
     pub fn left_out_of(&self, photos: &[PhotoStatistics]) -> Vec<f64> {
-        left_out(&self.capture, &self.fit, photos)
+        self.left_out_with(photos, 0)
+    }
+
+    /// The same where the `further` columns after its own are fitted as well.
+    #[must_use]
+    pub fn left_out_with(&self, photos: &[PhotoStatistics], further: usize) -> Vec<f64> {
+        left_out(&self.capture, &self.fit, photos, further)
     }
 }
 
@@ -134,12 +140,12 @@ pub(crate) fn fitted(
     Ok(fit?)
 }
 
-fn left_out(capture: &Capture, fit: &FitResult, photos: &[PhotoStatistics]) -> Vec<f64> {
+fn left_out(capture: &Capture, fit: &FitResult, photos: &[PhotoStatistics], further: usize) -> Vec<f64> {
     let own = |column: usize, photo: usize| {
         let name =
             fit.photos.get(photo).and_then(|p| capture.photos.get(p.photo)).map(gonio_scene::capture::Photo::name);
         let prefix = name.map(|n| format!("photo.{n}."));
         prefix.is_some_and(|p| fit.parameters.get(column).is_some_and(|e| e.name.starts_with(&p)))
     };
-    cross::left_out(photos, fit.parameters.len(), &own)
+    cross::left_out(photos, fit.parameters.len() + further, &own)
 }

@@ -1,6 +1,7 @@
 //! From a candidate to a fitted model: the patch applied where the score expects it, places searched, everything refitted.
 
 use crate::effects::Variant;
+use crate::finer::refined;
 use crate::model::{Model, Part};
 use crate::probe::Candidate;
 use crate::quadratic::Quadratic;
@@ -40,17 +41,13 @@ pub fn refit(
     let mut files = model.files.clone();
     let mut capture = extended(&model.capture, variant, &score.change, &mut files)?;
     let mut parts = model.parts.clone();
-    parts.push(Part { effect: candidate.effect, variant: variant.coarse() });
+    parts.push(Part { effect: candidate.effect, variant: variant.as_fine_as(0) });
+    for name in variant.finer.iter().flatten() {
+        capture.fit.parameters.retain(|free| free != name);
+    }
     if !variant.finer.is_empty() {
-        capture.fit.parameters.retain(|name| !variant.finer.contains(name));
-        let coarse = Model::fit(&capture, files.clone(), parts.clone(), options, workshop, observer)?;
-        let mut capture = coarse.capture.clone();
-        capture.fit.parameters.extend(variant.finer.iter().cloned());
-        parts.pop();
-        parts.push(Part { effect: candidate.effect, variant: variant.clone() });
-        let fine = Model::fit(&capture, files, parts, options, workshop, observer)?;
-        // Only where photos left out gain by them too.
-        return Ok(Some(if fine.gain_over(&coarse.left_out).0 > 0.0 { fine } else { coarse }));
+        let coarse = Model::fit(&capture, files, parts, options, workshop, observer)?;
+        return refined(coarse, variant, options, workshop, observer).map(Some);
     }
     if variant.search.is_empty() {
         return Model::fit(&capture, files, parts, options, workshop, observer).map(Some);

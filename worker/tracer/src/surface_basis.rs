@@ -1,17 +1,20 @@
 //! The basis in which a material varies over its object: products of cosines over the bounding box.
 //!
-//! `cos(pi i x) cos(pi j y) cos(pi k z)` with `1 <= i + j + k <= 4`, in order of their degree, then i, j, k descending. On
+//! `cos(pi i x) cos(pi j y) cos(pi k z)` with `1 <= i + j + k <= 6`, in order of their degree, then i, j, k descending. On
 //! the box they are orthogonal and flat at its sides.
 
 use glam::Vec3;
 use gonio_scene::capture::VARIATIONS;
 use std::f32::consts::PI;
 
+/// The highest degree.
+const DEGREE: usize = 6;
+
 /// The powers (i, j, k) of each function.
 const DEGREES: [[usize; 3]; VARIATIONS] = {
     let mut all = [[0; 3]; VARIATIONS];
     let (mut n, mut degree) = (0, 1);
-    while degree <= 4 {
+    while degree <= DEGREE {
         let mut i = degree + 1;
         while i > 0 {
             i -= 1;
@@ -27,21 +30,24 @@ const DEGREES: [[usize; 3]; VARIATIONS] = {
     all
 };
 
-/// cos(pi i x) for i from 0 to 4 along one axis, and its derivatives by x.
+/// cos(pi i x) for each degree i along one axis, and its derivatives by x.
 struct Axis {
-    value: [f32; 5],
-    slope: [f32; 5],
+    value: [f32; DEGREE + 1],
+    slope: [f32; DEGREE + 1],
 }
 
 impl Axis {
     fn new(x: f32) -> Self {
         let (s, c) = libm::sincosf(PI * x);
+        let (mut value, mut sine) = ([1.0; DEGREE + 1], [0.0; DEGREE + 1]);
+        (value[1], sine[1]) = (c, s);
         // Chebyshev's recurrences.
-        let (c2, s2) = (2.0 * c * c - 1.0, 2.0 * s * c);
-        let (c3, s3) = (2.0 * c * c2 - c, 2.0 * c * s2 - s);
-        let (c4, s4) = (2.0 * c2 * c2 - 1.0, 2.0 * s2 * c2);
-        let slope = [0.0, -PI * s, -2.0 * PI * s2, -3.0 * PI * s3, -4.0 * PI * s4];
-        Self { value: [1.0, c, c2, c3, c4], slope }
+        for i in 2..=DEGREE {
+            value[i] = 2.0 * c * value[i - 1] - value[i - 2];
+            sine[i] = 2.0 * c * sine[i - 1] - sine[i - 2];
+        }
+        let slope = std::array::from_fn(|i| -PI * i as f32 * sine[i]);
+        Self { value, slope }
     }
 }
 
@@ -71,6 +77,7 @@ mod tests {
         let first = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [2, 0, 0], [1, 1, 0], [1, 0, 1], [0, 2, 0], [0, 1, 1], [0, 0, 2]];
         assert_eq!(DEGREES[..9], first);
         assert_eq!((DEGREES[9], DEGREES[18], DEGREES[33]), ([3, 0, 0], [0, 0, 3], [0, 0, 4]));
+        assert_eq!((DEGREES[54], DEGREES[55], DEGREES[82]), ([0, 0, 5], [6, 0, 0], [0, 0, 6]));
     }
 
     #[test]
@@ -82,7 +89,7 @@ mod tests {
         };
         let (values, gradients) = (values(p), gradients(p));
         for (n, exact) in at(p).into_iter().enumerate() {
-            assert!((f64::from(values[n]) - exact).abs() < 1e-6);
+            assert!((f64::from(values[n]) - exact).abs() < 2e-6);
             for (axis, step) in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().enumerate() {
                 let difference = (at(p + step * 1e-3)[n] - at(p - step * 1e-3)[n]) / 2e-3;
                 assert!((f64::from(gradients[n][axis]) - difference).abs() < 2e-3, "{n} {axis}");

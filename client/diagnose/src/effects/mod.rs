@@ -109,8 +109,9 @@ pub struct Variant {
     pub directions: Vec<Direction>,
     /// Names that a refit frees.
     pub free: Vec<String>,
-    /// Among them finer coefficients of what the directions begin, 0 at the null, that no score sees.
-    pub finer: Vec<String>,
+    /// Among them finer coefficients of what the directions begin, 0 at the null, that no score sees: one group for each degree
+    /// of fineness, of which a refit frees as many as predict photos left out.
+    pub finer: Vec<Vec<String>>,
     /// Colours among them that keep their ratio.
     pub gray: Vec<String>,
     /// Numbers to be found by a pattern search before the refit, with their first step: places, from which a gradient sees
@@ -247,12 +248,13 @@ impl Variant {
         }
     }
 
-    /// Without its finer coefficients.
+    /// With the first `groups` of its finer coefficients only.
     #[must_use]
-    pub fn coarse(&self) -> Self {
+    pub fn as_fine_as(&self, groups: usize) -> Self {
         let mut coarse = self.clone();
-        coarse.free.retain(|name| !self.finer.contains(name));
-        coarse.finer.clear();
+        for name in coarse.finer.split_off(groups.min(self.finer.len())).concat() {
+            coarse.free.retain(|free| *free != name);
+        }
         coarse
     }
 
@@ -312,14 +314,15 @@ fn xyz(name: &str) -> [String; 3] {
     ["x", "y", "z"].map(|c| format!("{name}.{c}"))
 }
 
-/// Coefficients over an object's box that are scored: those of degree 3 and below.
-const SCORED: usize = 19;
+/// Coefficients over an object's box of degree at most 3, which are scored, and at most 4, 5 and 6.
+const DEGREES: [usize; 4] = [19, 34, 55, VARIATIONS];
 
-/// A material that varies over its object: scored in the coarsest patterns, fitted with all.
+/// A material that varies over its object: scored in the coarsest patterns, fitted with as many as the photos support.
 fn over_the_surface(material: &str, key: &str, most: f64) -> Variant {
     let names: Vec<String> = (0..VARIATIONS).map(|k| format!("material.{material}.{key}.{k}")).collect();
-    let directions = names[..SCORED].iter().map(|n| Direction::of(n.clone(), 0.0, most)).collect();
-    Variant { finer: names[SCORED..].to_vec(), free: names, ..Variant::of(material, directions) }
+    let directions = names[..DEGREES[0]].iter().map(|n| Direction::of(n.clone(), 0.0, most)).collect();
+    let finer = DEGREES.windows(2).map(|d| names[d[0]..d[1]].to_vec()).collect();
+    Variant { finer, free: names, ..Variant::of(material, directions) }
 }
 
 #[cfg(test)]

@@ -63,6 +63,7 @@ impl Section for Camera {
                 suffixes: &DISTORTION,
                 range: Range::ANY,
                 default: Some(&[0.0; 5]),
+                may_end_early: false,
             },
         )?;
         v.number("aperture_radius", &mut self.aperture_radius, Range::NON_NEGATIVE, Some(0.0))?;

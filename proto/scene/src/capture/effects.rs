@@ -4,13 +4,16 @@ use super::material::Model;
 use super::visit::{Numbers, Range, Visitor, colour};
 use crate::Result;
 
-/// Products of cosines over an object's bounding box that vary its colour, roughness and height.
-pub const VARIATIONS: usize = 34;
+/// Products of cosines over an object's bounding box that vary its colour, roughness and height: all of degree 1 to 6.
+pub const VARIATIONS: usize = 83;
 
 /// The dotted suffixes of a variation's numbers.
 pub const VARIATION: [&str; VARIATIONS] = [
     "0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12", "13", "14", "15", "16", "17", "18", "19", "20",
-    "21", "22", "23", "24", "25", "26", "27", "28", "29", "30", "31", "32", "33",
+    "21", "22", "23", "24", "25", "26", "27", "28", "29", "30", "31", "32", "33", "34", "35", "36", "37", "38", "39",
+    "40", "41", "42", "43", "44", "45", "46", "47", "48", "49", "50", "51", "52", "53", "54", "55", "56", "57", "58",
+    "59", "60", "61", "62", "63", "64", "65", "66", "67", "68", "69", "70", "71", "72", "73", "74", "75", "76", "77",
+    "78", "79", "80", "81", "82",
 ];
 
 /// The step of the derivative by a number that acts through its square, at the number's null value.
@@ -127,5 +130,5 @@ impl Effects {
 
 fn variation(v: &mut dyn Visitor, key: &str, values: &mut [f64; VARIATIONS]) -> Result<()> {
     let default = Some(&[0.0; VARIATIONS][..]);
-    v.numbers(key, Numbers { values, suffixes: &VARIATION, range: Range::ANY, default })
+    v.numbers(key, Numbers { values, suffixes: &VARIATION, range: Range::ANY, default, may_end_early: true })
 }

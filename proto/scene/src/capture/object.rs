@@ -108,7 +108,7 @@ impl Section for Object {
             ));
         }
         let (values, range) = (&mut self.scale[..], Range { min: 1e-9, max: 1e9 });
-        v.numbers("scale", Numbers { values, suffixes: &XYZ, range, default: Some(&[1.0; 3]) })?;
+        v.numbers("scale", Numbers { values, suffixes: &XYZ, range, default: Some(&[1.0; 3]), may_end_early: false })?;
         vector_or(v, "translation", &mut self.translation, &[0.0; 3])?;
         vector_or(v, "rotation", &mut self.rotation, &[0.0; 3])?;
         v.number("presence", &mut self.presence, Range::UNIT, Some(1.0))

@@ -129,6 +129,11 @@ impl Visitor for Reader<'_> {
     fn numbers(&mut self, key: &str, numbers: Numbers<'_>) -> Result<()> {
         let length = numbers.values.len();
         match (self.get(key), numbers.default) {
+            (Some(v), Some(d)) if numbers.may_end_early => {
+                let given = v.as_array().map_or(length, |list| list.len().min(length));
+                numbers.values.copy_from_slice(d);
+                numbers.values[..given].copy_from_slice(&self.to_numbers(key, v, given, numbers.range)?);
+            }
             (Some(v), _) => numbers.values.copy_from_slice(&self.to_numbers(key, v, length, numbers.range)?),
             (None, Some(d)) => numbers.values.copy_from_slice(d),
             (None, None) => return Err(self.missing(key, &format!("a list of {length} numbers"))),

@@ -128,5 +128,5 @@ impl Section for Sensor {
 /// Numbers of any size that are zero where the key is absent.
 fn list(v: &mut dyn Visitor, key: &str, values: &mut [f64], suffixes: &[&str]) -> Result<()> {
     let zeros = vec![0.0; values.len()];
-    v.numbers(key, Numbers { values, suffixes, range: Range::ANY, default: Some(&zeros) })
+    v.numbers(key, Numbers { values, suffixes, range: Range::ANY, default: Some(&zeros), may_end_early: false })
 }

@@ -65,6 +65,8 @@ pub struct Numbers<'a> {
     pub range: Range,
     /// Value where the key is absent; `None` where the key is required.
     pub default: Option<&'a [f64]>,
+    /// Whether a file may leave out the last numbers, which then have their defaults.
+    pub may_end_early: bool,
 }
 
 /// What walks a section's keys.
@@ -113,17 +115,23 @@ pub fn colour(
     range: Range,
     default: Option<&[f64; 3]>,
 ) -> Result<()> {
-    v.numbers(key, Numbers { values: value, suffixes: &RGB, range, default: default.map(|d| &d[..]) })
+    v.numbers(
+        key,
+        Numbers { values: value, suffixes: &RGB, range, default: default.map(|d| &d[..]), may_end_early: false },
+    )
 }
 
 /// A point or direction.
 pub fn vector(v: &mut dyn Visitor, key: &str, value: &mut [f64; 3]) -> Result<()> {
-    v.numbers(key, Numbers { values: value, suffixes: &XYZ, range: Range::ANY, default: None })
+    v.numbers(key, Numbers { values: value, suffixes: &XYZ, range: Range::ANY, default: None, may_end_early: false })
 }
 
 /// A point or direction that is `default` where the key is absent.
 pub fn vector_or(v: &mut dyn Visitor, key: &str, value: &mut [f64; 3], default: &[f64; 3]) -> Result<()> {
-    v.numbers(key, Numbers { values: value, suffixes: &XYZ, range: Range::ANY, default: Some(default) })
+    v.numbers(
+        key,
+        Numbers { values: value, suffixes: &XYZ, range: Range::ANY, default: Some(default), may_end_early: false },
+    )
 }
 
 /// A table of `capture.toml`.

@@ -48,7 +48,11 @@ impl Visitor for Writer {
 
     fn numbers(&mut self, key: &str, numbers: Numbers<'_>) -> Result<()> {
         if numbers.default != Some(&*numbers.values) {
-            self.put(key, list(numbers.values));
+            let default = numbers.default.filter(|_| numbers.may_end_early);
+            let same = default.map_or(0, |d| {
+                numbers.values.iter().zip(d).rev().take_while(|(value, default)| value == default).count()
+            });
+            self.put(key, list(&numbers.values[..numbers.values.len() - same]));
         }
         Ok(())
     }

@@ -50,18 +50,18 @@ pub struct Effects {
 #[derive(Clone, Copy, Debug)]
 pub struct Detail {
     site: Site,
-    /// The basis functions there; zero where no variation of colour or roughness asks.
-    values: [f32; VARIATIONS],
-    /// How each coefficient of the bump tilts the shading normal, along x and y of the shading frame; zero where no
-    /// derivative asks.
-    tilts: [Vec2; VARIATIONS],
+    /// In the object's box: where the basis functions are taken.
+    place: Vec3,
+    /// Along x and y of the shading frame: their products with a basis function's gradient say how its coefficient tilts the
+    /// shading normal; zero where no derivative asks.
+    tilt: [Vec3; 2],
 }
 
 impl Detail {
     /// Of a flat sample, which is no place of an object.
     pub fn flat() -> Self {
         let site = Site { albedo: 1.0, roughness: 1.0, axis: Vec3::Y };
-        Self { site, values: [0.0; VARIATIONS], tilts: [Vec2::ZERO; VARIATIONS] }
+        Self { site, place: Vec3::ZERO, tilt: [Vec3::ZERO; 2] }
     }
 
     /// Tells directions in the frame `to` in place of `from`; both have one normal.
@@ -71,9 +71,14 @@ impl Detail {
             Vec2::new(to.x.dot(world), to.y.dot(world))
         };
         self.site.axis = turn(self.site.axis.truncate()).extend(self.site.axis.z);
-        if self.tilts[0] != Vec2::ZERO || self.tilts[1] != Vec2::ZERO || self.tilts[2] != Vec2::ZERO {
-            self.tilts = self.tilts.map(turn);
-        }
+        let [x, y] = [turn(Vec2::X), turn(Vec2::Y)];
+        let [along_x, along_y] = self.tilt;
+        self.tilt = [along_x * x.x + along_y * y.x, along_x * x.y + along_y * y.y];
+    }
+
+    /// How each coefficient of the bump tilts the shading normal, along x and y of the shading frame.
+    fn tilts(&self) -> [Vec2; VARIATIONS] {
+        surface_basis::gradients(self.place).map(|g| Vec2::new(g.dot(self.tilt[0]), g.dot(self.tilt[1])))
     }
 }
 
@@ -162,19 +167,16 @@ impl Effects {
     /// The shading frame and details of a point.
     pub fn local(&self, surface: &Surface, extent: &Extent) -> (Basis, Detail) {
         let position = extent.position(surface.position);
-        let values = if self.albedo.used() || self.roughness.used() {
-            surface_basis::values(position)
-        } else {
-            [0.0; VARIATIONS]
-        };
+        let varied = self.albedo.active || self.roughness.active;
+        let values = if varied { surface_basis::values(position) } else { [0.0; VARIATIONS] };
         let mut basis = Basis::new(surface.normal);
-        let mut tilts = [Vec2::ZERO; VARIATIONS];
+        let mut tilt = [Vec3::ZERO; 2];
         if self.bump.used() {
-            let gradients = surface_basis::gradients(position);
             let flat = surface.normal;
             let along_surface = |v: Vec3| v - flat * flat.dot(v);
             let mut length = 1.0;
             if self.bump.active {
+                let gradients = surface_basis::gradients(position);
                 let gradient = self.bump.coefficients.iter().zip(&gradients).map(|(c, g)| *c * *g).sum();
                 let slope = along_surface(extent.gradient(gradient)) * extent.diagonal;
                 // At least 1: the slope is across the normal.
@@ -183,8 +185,7 @@ impl Effects {
             }
             if self.bump.planes.is_some() {
                 let scale = -extent.diagonal / length;
-                let [x, y] = [basis.x, basis.y].map(|axis| extent.along(along_surface(axis)) * scale);
-                tilts = gradients.map(|g| Vec2::new(g.dot(x), g.dot(y)));
+                tilt = [basis.x, basis.y].map(|axis| extent.along(along_surface(axis)) * scale);
             }
         }
         let site = Site {
@@ -192,7 +193,13 @@ impl Effects {
             roughness: self.roughness.factor(&values, ROUGHNESS_EXPONENT),
             axis: basis.local(extent.axis(basis.z)),
         };
-        (basis, Detail { site, values, tilts })
+        (basis, Detail { site, place: position, tilt })
+    }
+
+    /// The basis functions at a point; zero where no derivative by a variation of colour or roughness is wanted.
+    fn values(&self, detail: &Detail) -> [f32; VARIATIONS] {
+        let wanted = self.albedo.planes.is_some() || self.roughness.planes.is_some();
+        if wanted { surface_basis::values(detail.place) } else { [0.0; VARIATIONS] }
     }
 
     /// As `Bsdf::evaluate`.
@@ -218,15 +225,16 @@ impl Effects {
             into[column.plane] += weight * column.derivative(center, |surface| value(surface, site, wo, wi));
         }
         let slope = 0.5 / STEP * weight;
+        let values = self.values(detail);
         if self.albedo.planes.is_some() {
             let [up, down] = [1.0 + STEP, 1.0 - STEP].map(|f| Site { albedo: site.albedo * f, ..*site });
             let derivative = slope * (at(&up) - at(&down));
-            self.albedo.scatter(into, |k| derivative * detail.values[k]);
+            self.albedo.scatter(into, |k| derivative * values[k]);
         }
         if self.roughness.planes.is_some() {
             let [up, down] = [1.0 + STEP, 1.0 - STEP].map(|f| Site { roughness: site.roughness * f, ..*site });
             let derivative = slope * (at(&up) - at(&down));
-            self.roughness.scatter(into, |k| derivative * detail.values[k]);
+            self.roughness.scatter(into, |k| derivative * values[k]);
         }
         if self.bump.planes.is_some() {
             let tilted = |tilt: Vec2| {
@@ -237,7 +245,8 @@ impl Effects {
             };
             let slope = 0.5 / self.tilt * weight;
             let [x, y] = [Vec2::X, Vec2::Y].map(|axis| slope * (tilted(axis * self.tilt) - tilted(axis * -self.tilt)));
-            self.bump.scatter(into, |k| x * detail.tilts[k].x + y * detail.tilts[k].y);
+            let tilts = detail.tilts();
+            self.bump.scatter(into, |k| x * tilts[k].x + y * tilts[k].y);
         }
     }
 }

@@ -59,14 +59,15 @@ impl Effects {
             };
             slope * (at(1.0 + STEP) - at(1.0 - STEP))
         };
+        let [at_exit, at_entry] = [self.values(exit), self.values(entry)];
         if self.albedo.planes.is_some() {
             let derivative = by(&|f| [Site { albedo: exit.site.albedo * f, ..exit.site }, entry.site]);
-            self.albedo.scatter(into, |k| derivative * exit.values[k]);
+            self.albedo.scatter(into, |k| derivative * at_exit[k]);
         }
         if self.roughness.planes.is_some() {
             let out = by(&|f| [Site { roughness: exit.site.roughness * f, ..exit.site }, entry.site]);
             let back = by(&|f| [exit.site, Site { roughness: entry.site.roughness * f, ..entry.site }]);
-            self.roughness.scatter(into, |k| out * exit.values[k] + back * entry.values[k]);
+            self.roughness.scatter(into, |k| out * at_exit[k] + back * at_entry[k]);
         }
         if self.bump.planes.is_some() {
             let slope = 0.5 / self.tilt * weight;
@@ -78,9 +79,10 @@ impl Effects {
             let axes = [Vec2::X * self.tilt, Vec2::Y * self.tilt];
             let out = axes.map(|t| slope * (tilted(t, Vec2::ZERO) - tilted(-t, Vec2::ZERO)));
             let back = axes.map(|t| slope * (tilted(Vec2::ZERO, t) - tilted(Vec2::ZERO, -t)));
+            let [at_exit, at_entry] = [exit.tilts(), entry.tilts()];
             self.bump.scatter(into, |k| {
                 let sum = |by: &[Vec3; 2], tilt: Vec2| by[0] * tilt.x + by[1] * tilt.y;
-                sum(&out, exit.tilts[k]) + sum(&back, entry.tilts[k])
+                sum(&out, at_exit[k]) + sum(&back, at_entry[k])
             });
         }
     }

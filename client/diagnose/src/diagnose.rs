@@ -14,6 +14,7 @@ use gonio_fit::FitError;
 use gonio_scene::Capture;
 use gonio_scene::capture::Role;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// A base model that leaves more than this part of its excess over the noise unexplained has not been explained.
@@ -35,7 +36,7 @@ pub struct Diagnosed {
     /// The extended, fitted capture with all of its photos; the base model's where nothing was found.
     pub capture: Capture,
     /// Files that the extension brought.
-    pub files: Vec<(String, &'static [u8])>,
+    pub files: Vec<(String, Arc<[u8]>)>,
     /// The base model's capture, without held-out photos.
     pub base_capture: Capture,
     /// The final model's, without held-out photos.

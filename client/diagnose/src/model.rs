@@ -8,6 +8,7 @@ use crate::{DiagnoseError, DiagnoseEvent};
 use gonio_fit::{Evaluate, FitError, FitResult, Options, Space};
 use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// An effect that is part of a model.
 #[derive(Debug, Clone)]
@@ -24,7 +25,7 @@ pub struct Model {
     /// The capture at the fitted values, without held-out photos.
     pub capture: Capture,
     /// Files that its effects brought.
-    pub files: Vec<(String, &'static [u8])>,
+    pub files: Vec<(String, Arc<[u8]>)>,
     /// Its effects, in the order in which they were added.
     pub parts: Vec<Part>,
     /// The fit.
@@ -40,7 +41,7 @@ impl Model {
     /// A fit that fails or is cancelled.
     pub fn fit(
         capture: &Capture,
-        files: Vec<(String, &'static [u8])>,
+        files: Vec<(String, Arc<[u8]>)>,
         parts: Vec<Part>,
         options: &Options,
         workshop: &dyn Workshop,

@@ -9,13 +9,13 @@ pub struct Overlay<'a> {
     /// The capture's own.
     pub files: &'a dyn Files,
     /// Path and contents of those added.
-    pub added: &'a [(String, &'static [u8])],
+    pub added: &'a [(String, Arc<[u8]>)],
 }
 
 impl Files for Overlay<'_> {
     fn read(&self, path: &str) -> Result<Arc<[u8]>> {
         match self.added.iter().find(|(p, _)| p == path) {
-            Some((_, bytes)) => Ok((*bytes).into()),
+            Some((_, bytes)) => Ok(bytes.clone()),
             None => self.files.read(path),
         }
     }

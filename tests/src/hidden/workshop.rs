@@ -19,7 +19,7 @@ impl Workshop for InMemory<'_> {
         self.files
     }
 
-    fn open(&self, capture: &Capture, added: &[(String, &'static [u8])]) -> Result<Box<dyn Evaluate>, EvaluateError> {
+    fn open(&self, capture: &Capture, added: &[(String, Arc<[u8]>)]) -> Result<Box<dyn Evaluate>, EvaluateError> {
         let refused = |error: &dyn std::fmt::Display| EvaluateError::Refused(error.to_string());
         let mut files = self.files.clone();
         let text = capture.to_toml().map_err(|error| refused(&error))?;

@@ -4,7 +4,7 @@
 //! and a white one, in each channel, whose mixture is a wall of any colour. The refit then moves, turns, sizes and
 //! colours the best.
 
-use super::{Direction, Effect, Family, Structure, Variant, rgb, xyz};
+use super::{Direction, Effect, Family, Structure, Variant, rgb};
 use gonio_scene::capture::{Material, Model, Object};
 use std::f64::consts::PI;
 
@@ -49,7 +49,7 @@ pub const EFFECT: Effect = Effect {
             let name = format!("missing-{index}");
             let (c, s) = (libm::cos(azimuth), libm::sin(azimuth));
             // About as high as a part and much wider: a higher one would stand before every camera on its side.
-            let (thick, wide, high) = (0.1 * reach, 7.0 * reach, 2.0 * reach);
+            let (thick, wide, high) = (0.02 * reach, 7.0 * reach, 2.0 * reach);
             let object_to_world = [
                 [c * thick, -s * wide, 0.0, centre[0] + c * distance],
                 [s * thick, c * wide, 0.0, centre[1] + s * distance],
@@ -84,10 +84,19 @@ pub const EFFECT: Effect = Effect {
                 vec![format!("material.{name}.base_color"), number("translation.x"), number("translation.y")];
             variant.free.push(number("rotation.z"));
             variant.free.extend(scale.clone());
+            let moved = |x: f64, y: f64| vec![(number("translation.x"), x), (number("translation.y"), y)];
+            // An end moves along the wall while the other stays: which one is seen differs between photos.
+            let end = |side: f64| {
+                let mut step = vec![(scale[0].clone(), 2.0 * reach / wide)];
+                step.extend(moved(-0.5 * side * 2.0 * reach * s, 0.5 * side * 2.0 * reach * c));
+                step
+            };
             variant
-                .searching(&xyz(&number("translation"))[..2], 0.5 * reach)
+                .searching_along(moved(0.5 * reach * c, 0.5 * reach * s))
+                .searching_along(end(1.0))
+                .searching_along(end(-1.0))
                 .searching(&[number("rotation.z")], 0.2)
-                .searching(&scale, 0.3)
+                .searching(&scale[1..], 0.3)
         };
         (0..8).map(|i| wall(i, PI / 4.0 * i as f64, 2.2 * reach)).collect()
     },

@@ -33,6 +33,8 @@ mod vignetting;
 use crate::context::Context;
 use gonio_scene::Capture;
 use gonio_scene::capture::VARIATIONS;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// Every effect that a diagnosis considers, by family.
 pub const CATALOGUE: [&Effect; 26] = [
@@ -114,9 +116,9 @@ pub struct Variant {
     pub finer: Vec<Vec<String>>,
     /// Colours among them that keep their ratio.
     pub gray: Vec<String>,
-    /// Numbers to be found by a pattern search before the refit, with their first step: places, from which a gradient sees
-    /// only as far as an edge is wide.
-    pub search: Vec<(String, f64)>,
+    /// Moves of the search before the refit, of numbers that say where something is: there a gradient sees only as far as an
+    /// edge is wide. Each moves some numbers together; its first step is so much of each.
+    pub search: Vec<Vec<(String, f64)>>,
     /// Whether each number belongs to one photo, so that other photos say nothing about it.
     pub of_photos: bool,
 }
@@ -232,15 +234,29 @@ impl Variant {
         self
     }
 
-    /// With these numbers searched for, in steps of at first `step`.
+    /// With each of these numbers searched for, in steps of at first `step`.
     #[must_use]
     pub fn searching(mut self, numbers: &[String], step: f64) -> Self {
-        self.search.extend(numbers.iter().map(|n| (n.clone(), step)));
+        self.search.extend(numbers.iter().map(|n| vec![(n.clone(), step)]));
         self
     }
 
+    /// With a move of several numbers searched along, at first by so much of each.
+    #[must_use]
+    pub fn searching_along(mut self, mut step: Vec<(String, f64)>) -> Self {
+        step.retain(|(_, by)| *by != 0.0);
+        self.search.push(step);
+        self
+    }
+
+    /// The numbers that are searched for.
+    #[must_use]
+    pub fn searched(&self) -> BTreeSet<&str> {
+        self.search.iter().flatten().map(|(name, _)| name.as_str()).collect()
+    }
+
     /// Adds its structure to a capture, and the files that come with it, each once, to `files`.
-    pub fn add_to(&self, capture: &mut Capture, files: &mut Vec<(String, &'static [u8])>) {
+    pub fn add_to(&self, capture: &mut Capture, files: &mut Vec<(String, Arc<[u8]>)>) {
         for file in self.structure.iter().filter_map(|structure| structure.add(capture)) {
             if !files.iter().any(|known| known.0 == file.0) {
                 files.push(file);
@@ -268,7 +284,7 @@ impl Variant {
 
 impl Structure {
     /// Adds it to a capture, once; returns the file that came with it.
-    pub fn add(&self, capture: &mut Capture) -> Option<(String, &'static [u8])> {
+    pub fn add(&self, capture: &mut Capture) -> Option<(String, Arc<[u8]>)> {
         use gonio_scene::capture::LightKind;
         match self {
             Self::Light(light) => {
@@ -290,7 +306,7 @@ impl Structure {
                     capture.objects.push(object.clone());
                     capture.materials.push(material.clone());
                 }
-                Some((object.mesh.clone(), mesh))
+                Some((object.mesh.clone(), Arc::from(*mesh)))
             }
             Self::PointToSphere(name) => {
                 for light in capture.lights.iter_mut().filter(|l| l.name == *name) {
@@ -328,7 +344,6 @@ fn over_the_surface(material: &str, key: &str, most: f64) -> Variant {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeSet;
 
     #[test]
     fn names_are_unique_and_known_to_each_other() {

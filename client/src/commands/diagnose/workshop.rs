@@ -39,7 +39,7 @@ impl Workshop for FarmWorkshop<'_> {
     fn open(
         &self,
         capture: &Capture,
-        added: &[(String, &'static [u8])],
+        added: &[(String, Arc<[u8]>)],
     ) -> std::result::Result<Box<dyn Evaluate>, EvaluateError> {
         let refused = |error: &dyn std::fmt::Display| EvaluateError::Refused(error.to_string());
         let text = capture.to_toml().map_err(|error| refused(&error))?;

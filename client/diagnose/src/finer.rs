@@ -1,0 +1,82 @@
+//! How fine a pattern the photos support: a variation's finer coefficients, judged from one evaluation at the coarse optimum.
+
+use crate::effects::Variant;
+use crate::model::Model;
+use crate::quadratic::Quadratic;
+use crate::workshop::{Observer, Workshop, evaluate, tell};
+use crate::{DiagnoseError, DiagnoseEvent};
+use gonio_fit::{Options, Space};
+use gonio_scene::{EvaluationRequest, Output};
+
+/// A model whose last part is `variant` without its finer coefficients, with as many groups of them as predict photos left
+/// out better than fewer do: by the quadratic of one evaluation, then by a fit. The logarithm of a colour is nearly linear
+/// in them, so that one quadratic tells.
+///
+/// # Errors
+/// An evaluation or fit that fails, a cancellation.
+pub fn refined(
+    coarse: Model,
+    variant: &Variant,
+    options: &Options,
+    workshop: &dyn Workshop,
+    observer: &mut Observer<'_>,
+) -> Result<Model, DiagnoseError> {
+    let (groups, numbers) = supported(&coarse, variant, options, workshop, observer)?;
+    if groups == 0 {
+        return Ok(coarse);
+    }
+    let variant = variant.as_fine_as(groups);
+    let mut capture = coarse.capture.clone();
+    capture.set_numbers(&numbers)?;
+    capture.fit.parameters.extend(variant.finer.iter().flatten().cloned());
+    let mut parts = coarse.parts.clone();
+    if let Some(part) = parts.last_mut() {
+        part.variant = variant;
+    }
+    // From where the quadratic has its minimum: few samples would lead so many coefficients astray.
+    let options =
+        Options { min_samples: options.max_samples, max_iterations: Some(3), tolerance: 0.1, ..options.clone() };
+    let fine = Model::fit(&capture, coarse.files.clone(), parts, &options, workshop, observer)?;
+    Ok(if fine.gain_over(&coarse.left_out).0 > 0.0 { fine } else { coarse })
+}
+
+/// How many groups of finer coefficients photos left out gain by, and where all numbers are then best.
+fn supported(
+    coarse: &Model,
+    variant: &Variant,
+    options: &Options,
+    workshop: &dyn Workshop,
+    observer: &mut Observer<'_>,
+) -> Result<(usize, Vec<(String, f64)>), DiagnoseError> {
+    tell(observer, &DiagnoseEvent::Stage { text: format!("looking for finer patterns in {}", variant.label) })?;
+    let mut capture = coarse.capture.clone();
+    capture.fit.parameters.extend(variant.finer.iter().flatten().cloned());
+    let space = Space::new(&capture, &[])?;
+    let columns = space.columns(space.start());
+    let request = EvaluationRequest {
+        columns: columns.clone(),
+        photos: (0..capture.targets().count()).collect(),
+        samples: options.max_samples,
+        difference_samples: options.difference_samples,
+        seed: options.seed,
+        output: Output::Statistics,
+        ..EvaluationRequest::default()
+    };
+    let mut farm = workshop.open(&capture, &coarse.files)?;
+    let found = evaluate(farm.as_mut(), &request, observer)?;
+    let deviance = |further| coarse.left_out_with(&found.photos, further).iter().sum::<f64>();
+    let own = columns.len() - variant.finer.iter().map(Vec::len).sum::<usize>();
+    let (mut further, mut best, mut groups, mut fitted) = (0, deviance(0), 0, own);
+    for (i, group) in variant.finer.iter().enumerate() {
+        further += group.len();
+        let here = deviance(further);
+        if here < best {
+            (best, groups, fitted) = (here, i + 1, own + further);
+        }
+    }
+    let used: Vec<(usize, f64)> = (0..fitted).map(|i| (i, 1.0)).collect();
+    let each: Vec<Quadratic> = found.photos.iter().map(|p| Quadratic::new(p, &used)).collect();
+    let step = Quadratic::sum(&each).map(|q| q.solve());
+    let moved = step.iter().flat_map(|step| columns.iter().zip(step));
+    Ok((groups, moved.flat_map(|(c, x)| c.numbers((c.value + x).clamp(c.range.min, c.range.max))).collect()))
+}

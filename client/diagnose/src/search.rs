@@ -19,13 +19,15 @@ use std::sync::Arc;
 const SAMPLES: u32 = 16;
 /// Halvings of the first step that photos are searched with: the coarser, reduced to about [`COARSE`] rows or columns, then
 /// the finer, of twice as many.
-const HALVINGS: [RangeInclusive<u32>; 2] = [0..=4, 4..=6];
+const HALVINGS: [RangeInclusive<u32>; 2] = [0..=4, 3..=6];
 /// See [`HALVINGS`].
 const COARSE: u32 = 30;
 /// Moves with one step, at most.
 const MOVES: u32 = 30;
 /// Steps that one move may go.
 const REACH: f64 = 2.0;
+/// Parts of a Gauss-Newton move that are tried.
+const PARTS: [f64; 3] = [1.0, 0.5, 0.2];
 /// A move that gains less deviance per observation leads nowhere.
 const WORTHWHILE: f64 = 1e-3;
 
@@ -190,12 +192,11 @@ impl<'a> Search<'a> {
     /// Moves with one step until that leads nowhere.
     fn with_step(&mut self, mut best: Look, scale: f64, observer: &mut Observer<'_>) -> Result<Look, DiagnoseError> {
         for _ in 0..MOVES {
-            let there = self.newton(&best, scale, observer)?;
-            if best.deviance - there.deviance > WORTHWHILE {
-                best = there;
-                continue;
+            let mut next = self.newton(&best, scale, observer)?;
+            if next.is_none() {
+                next = self.neighbour(&best, scale, observer)?;
             }
-            match self.neighbour(&best, scale, observer)? {
+            match next {
                 Some(there) => best = there,
                 None => break,
             }
@@ -203,11 +204,20 @@ impl<'a> Search<'a> {
         Ok(best)
     }
 
-    /// Where Gauss-Newton leads from a place.
-    fn newton(&mut self, from: &Look, scale: f64, observer: &mut Observer<'_>) -> Result<Look, DiagnoseError> {
+    /// Where Gauss-Newton leads from a place, or a part of the way; nowhere where none of these is worth while.
+    fn newton(&mut self, from: &Look, scale: f64, observer: &mut Observer<'_>) -> Result<Option<Look>, DiagnoseError> {
         let here = self.look(from.place.clone(), Some(scale), observer)?;
-        let by: Vec<f64> = here.moves.iter().map(|x| x.clamp(-REACH * scale, REACH * scale)).collect();
-        self.look(self.moved(&from.place, &by), None, observer)
+        // One factor for all: the direction is what the quadratic knows best.
+        let longest = here.moves.iter().fold(0.0_f64, |m, x| m.max(x.abs())).max(f64::MIN_POSITIVE);
+        let most = (REACH * scale / longest).min(1.0);
+        for part in PARTS {
+            let by: Vec<f64> = here.moves.iter().map(|x| x * most * part).collect();
+            let there = self.look(self.moved(&from.place, &by), None, observer)?;
+            if from.deviance - there.deviance > WORTHWHILE {
+                return Ok(Some(there));
+            }
+        }
+        Ok(None)
     }
 
     /// The best neighbour that is worth while: the first that is better leads astray where many are.

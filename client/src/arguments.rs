@@ -6,6 +6,7 @@ pub use prepare::{CompositeArguments, HdrArguments, MatteArguments, PlanArgument
 
 use clap::{Args, Parser, Subcommand};
 use gonio_fit::SolverName;
+use gonio_worker::access::Access;
 use std::path::PathBuf;
 
 /// Paragraphs are one line each: clap wraps them to the terminal.
@@ -91,9 +92,12 @@ pub struct FarmArguments {
     /// Render threads of the embedded farm; 0 takes all cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
-    /// Coordinator of a farm, such as http://host:7000; absent, the farm is embedded in this process
+    /// Coordinator of a farm, such as http://host:7300; absent, the farm is embedded in this process
     #[arg(long, value_name = "URL", conflicts_with = "threads")]
     pub farm: Option<String>,
+    /// What the farm asks of those who connect.
+    #[command(flatten)]
+    pub access: Access,
     /// Write results and events as JSON
     #[arg(long)]
     pub json: bool,
@@ -228,6 +232,9 @@ pub struct JobsArguments {
     /// Coordinator of the farm, such as http://host:7300
     #[arg(long, value_name = "URL")]
     pub farm: String,
+    /// What the farm asks of those who connect.
+    #[command(flatten)]
+    pub access: Access,
     /// Write one JSON object
     #[arg(long)]
     pub json: bool,

@@ -87,7 +87,7 @@ impl From<DiagnoseError> for Failure {
 impl From<FarmError> for Failure {
     fn from(error: FarmError) -> Self {
         match error {
-            FarmError::Capture(_) | FarmError::Address(_) | FarmError::Threads(_) => Self::Input(error.to_string()),
+            FarmError::Capture(_) | FarmError::Access(_) | FarmError::Threads(_) => Self::Input(error.to_string()),
             FarmError::Runtime(_) | FarmError::Changed(_) | FarmError::Farm(_) => Self::Failed(error.to_string()),
         }
     }

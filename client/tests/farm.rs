@@ -11,6 +11,7 @@ use gonio_coordinator::{Coordinator, service};
 use gonio_fit::evaluate::{Evaluate, EvaluateError};
 use gonio_scene::{Evaluation, EvaluationRequest, Output, Progress};
 use gonio_worker::Worker;
+use gonio_worker::access::Access;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -113,7 +114,8 @@ impl Cluster {
 
     fn worker_by(&self, url: &str, worker: Worker) -> tokio::task::JoinHandle<()> {
         let url = url.to_owned();
-        self.runtime.spawn(async move { worker.work_for(&url, std::future::pending()).await.unwrap() })
+        self.runtime
+            .spawn(async move { worker.work_for(&url, &Access::default(), std::future::pending()).await.unwrap() })
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::Coordinator;
 use crate::broker::ToWorker;
+use crate::security::{Guard, bounded};
 use bytes::Bytes;
 use futures::StreamExt;
 use futures::stream::BoxStream;
@@ -12,11 +13,21 @@ use std::future::Future;
 use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
-use tokio_stream::wrappers::{IntervalStream, TcpListenerStream, UnboundedReceiverStream};
+use tokio_stream::wrappers::{IntervalStream, UnboundedReceiverStream};
+use tonic::transport::ServerTlsConfig;
 use tonic::{Request, Response, Status, Streaming};
 
 /// How often a silent connection is asked whether it lives, and how long it may take to answer.
 const KEEPALIVE: Duration = Duration::from_secs(5);
+
+/// Connections that are open at the same time; a worker has two.
+const CONNECTIONS: usize = 8192;
+
+/// Calls under way on one connection; a sweep has some tens.
+const STREAMS: u32 = 512;
+
+/// All headers of a call.
+const HEADER_BYTES: u32 = 16 << 10;
 
 /// How often who watches is told what runs.
 const JOBS: Duration = Duration::from_millis(500);
@@ -37,22 +48,47 @@ pub async fn serve(
     stop: impl Future<Output = ()>,
     grace: Duration,
 ) -> Result<(), tonic::transport::Error> {
+    let open = Protection { tls: None, guard: Guard::new(None) };
+    serve_protected(coordinator, listener, open, stop, grace).await
+}
+
+/// What stands between a coordinator and whoever can reach its port.
+#[derive(Debug, Clone)]
+pub struct Protection {
+    /// Encryption, and whose certificates are asked for.
+    pub tls: Option<ServerTlsConfig>,
+    /// What tokens allow.
+    pub guard: Guard,
+}
+
+/// [`serve`], behind a protection.
+///
+/// # Errors
+/// As [`serve`]; a certificate or key that TLS cannot use.
+pub async fn serve_protected(
+    coordinator: Coordinator,
+    listener: TcpListener,
+    protection: Protection,
+    stop: impl Future<Output = ()>,
+    grace: Duration,
+) -> Result<(), tonic::transport::Error> {
     let farm =
         FarmServer::new(Service { coordinator: coordinator.clone() }).max_decoding_message_size(limits::MESSAGE_BYTES);
-    let incoming = TcpListenerStream::new(listener).map(|connection| {
-        if let Ok(stream) = &connection {
-            // Small messages must not wait for more; where it cannot be set, they do.
-            let _ = stream.set_nodelay(true);
-        }
-        connection
-    });
+    let incoming = bounded(listener, CONNECTIONS);
     let (drains, drained) = oneshot::channel();
-    let server = tonic::transport::Server::builder()
+    let mut builder = tonic::transport::Server::builder();
+    if let Some(tls) = protection.tls {
+        builder = builder.tls_config(tls)?;
+    }
+    let server = builder
         .initial_stream_window_size(limits::STREAM_WINDOW_BYTES)
         .initial_connection_window_size(2 * limits::STREAM_WINDOW_BYTES)
         .max_frame_size(limits::FRAME_BYTES)
         .http2_keepalive_interval(Some(KEEPALIVE))
         .http2_keepalive_timeout(Some(KEEPALIVE))
+        .http2_max_header_list_size(HEADER_BYTES)
+        .max_concurrent_streams(STREAMS)
+        .layer(protection.guard)
         .add_service(farm)
         .serve_with_incoming_shutdown(incoming, async {
             // Whoever comes while it drains is told that it stops.

@@ -5,6 +5,7 @@
 
 pub mod convert;
 pub mod limits;
+pub mod pem;
 
 /// Generated from `farm.proto` and `journal.proto`, whose comments say who speaks first and what zero means.
 #[allow(missing_docs, clippy::all, unused_qualifications)]

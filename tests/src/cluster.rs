@@ -115,7 +115,18 @@ impl Cluster {
     fn start_by(arguments: &[&str], workers: usize, environment: &[(&str, &str)]) -> Self {
         let mut command = command("gonio-coordinator", &["--listen", "127.0.0.1:0"]);
         command.args(arguments).env("RUST_LOG", "error").envs(environment.iter().copied());
-        let mut coordinator = Process::spawn(&mut command);
+        Self::start_command(&mut command, workers)
+    }
+
+    /// A coordinator over memory with further arguments, without workers, which writes all that it can to a log.
+    pub fn start_logged(arguments: &[&str], log: &Path) -> Self {
+        let mut command = command("gonio-coordinator", &["--listen", "127.0.0.1:0", "--store", "memory://"]);
+        command.args(arguments).env("RUST_LOG", "trace").stderr(std::fs::File::create(log).unwrap());
+        Self::start_command(&mut command, 0)
+    }
+
+    fn start_command(command: &mut Command, workers: usize) -> Self {
+        let mut coordinator = Process::spawn(command);
         let mut line = String::new();
         BufReader::new(coordinator.0.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let url = line.trim().strip_prefix("listening on ").unwrap().to_owned();
@@ -146,7 +157,13 @@ impl Cluster {
     }
 
     pub fn add_worker(&mut self) {
-        self.workers.push(Process::start("gonio-worker", &["--coordinator", &self.url, "--threads", "1"]));
+        self.add_worker_with(&[]);
+    }
+
+    /// A worker with further arguments.
+    pub fn add_worker_with(&mut self, more: &[&str]) {
+        let arguments = ["--coordinator", &self.url, "--threads", "1"];
+        self.workers.push(Process::start("gonio-worker", &[&arguments, more].concat()));
     }
 
     /// A worker with further arguments and environment variables, which writes its log to a file.

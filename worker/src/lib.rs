@@ -3,6 +3,7 @@
 //! It keeps nothing that matters: what it fetched and prepared is a bounded cache, keyed by digest. Input and output run on
 //! tokio; rendering, preparing and encoding run on one rayon pool, so that it beats however busy it is.
 
+pub mod access;
 mod attempt;
 mod batch;
 pub mod heart;

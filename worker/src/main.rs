@@ -3,6 +3,7 @@
 use clap::Parser;
 use gonio_store::Blobs;
 use gonio_worker::Worker;
+use gonio_worker::access::Access;
 use gonio_worker::renderer::PathTracer;
 use std::sync::Arc;
 use tokio::signal::unix::{SignalKind, signal};
@@ -28,6 +29,8 @@ struct Arguments {
     /// Seconds that tasks which are being rendered have to end once the worker is told to stop; then they are handed back
     #[arg(long, default_value_t = 10.0, value_parser = gonio_proto::limits::seconds)]
     grace: f64,
+    #[command(flatten)]
+    access: Access,
 }
 
 #[tokio::main(flavor = "multi_thread", worker_threads = 2)]
@@ -49,7 +52,7 @@ async fn main() -> anyhow::Result<()> {
         }
         tracing::info!("stopping");
     };
-    worker.work_for(&arguments.coordinator, stop).await?;
+    worker.work_for(&arguments.coordinator, &arguments.access, stop).await?;
     Ok(())
 }
 

@@ -1,5 +1,6 @@
 //! A coordinator in another process.
 
+use crate::access::{Access, AccessError, Client};
 use crate::heart::Heart;
 use crate::pull::{Link, PullError};
 use crate::source::StoreFirst;
@@ -9,14 +10,12 @@ use bytes::Bytes;
 use futures::future::BoxFuture;
 use futures::{FutureExt, StreamExt};
 use gonio_proto::convert::digest::BlobAssembly;
-use gonio_proto::wire::farm_client::FarmClient;
-use gonio_proto::{Digest, limits, wire};
+use gonio_proto::{Digest, wire};
 use std::future::Future;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
-use tonic::transport::{Channel, Endpoint};
 use tonic::{Code, Status};
 
 /// Messages that wait to be sent; each at most a chunk of a film.
@@ -25,26 +24,8 @@ const OUTBOUND: usize = 16;
 /// A stream that lasted this long was a good one: the next reconnection starts without a wait.
 const GOOD_STREAM: Duration = Duration::from_secs(10);
 
-/// A client of the coordinator at `url`, connected at the first call.
-///
-/// # Errors
-/// No URL.
-pub fn farm_client(url: &str) -> Result<FarmClient<Channel>, tonic::transport::Error> {
-    let keepalive = Duration::from_secs(5);
-    let endpoint = Endpoint::from_shared(url.to_owned())?
-        .connect_timeout(Duration::from_secs(10))
-        .tcp_nodelay(true)
-        .http2_keep_alive_interval(keepalive)
-        .keep_alive_timeout(keepalive)
-        .keep_alive_while_idle(true)
-        .initial_stream_window_size(limits::STREAM_WINDOW_BYTES)
-        .initial_connection_window_size(2 * limits::STREAM_WINDOW_BYTES)
-        .max_frame_size(limits::FRAME_BYTES);
-    Ok(FarmClient::new(endpoint.connect_lazy()).max_decoding_message_size(limits::MESSAGE_BYTES))
-}
-
 /// Fetches blobs from a coordinator.
-struct RemoteBlobs(FarmClient<Channel>);
+struct RemoteBlobs(Client);
 
 impl BlobSource for RemoteBlobs {
     fn get(&self, digest: Digest) -> BoxFuture<'_, Result<Bytes, String>> {
@@ -68,7 +49,7 @@ impl BlobSource for RemoteBlobs {
 }
 
 /// Beats over a connection of its own.
-struct RemoteHeart(FarmClient<Channel>);
+struct RemoteHeart(Client);
 
 impl Heart for RemoteHeart {
     fn beat(&self, worker: u64, epoch: u64) -> BoxFuture<'_, Result<(), Status>> {
@@ -84,15 +65,15 @@ pub fn text(status: &Status) -> String {
 }
 
 impl Worker {
-    /// Works for the coordinator at `url` until `stop` completes; connects again, ever less often up to every ten seconds,
-    /// when a stream ends.
+    /// Works for the coordinator at `url`, reached by `access`, until `stop` completes; connects again, ever less often up to
+    /// every ten seconds, when a stream ends.
     ///
     /// # Errors
-    /// No URL; a coordinator that will never take this worker, such as one of another version.
-    pub async fn work_for(&self, url: &str, stop: impl Future<Output = ()>) -> Result<(), WorkError> {
-        let client = farm_client(url)?;
+    /// No URL, or no usable access; a coordinator that will never take this worker, such as one of another version.
+    pub async fn work_for(&self, url: &str, access: &Access, stop: impl Future<Output = ()>) -> Result<(), WorkError> {
+        let client = access.client(url)?;
         // On the connection of the films a beat would wait behind megabytes, wherever the network is slow.
-        let heart: Arc<dyn Heart> = Arc::new(RemoteHeart(farm_client(url)?));
+        let heart: Arc<dyn Heart> = Arc::new(RemoteHeart(access.client(url)?));
         let fresh = || {
             let builder = backon::ExponentialBuilder::default().with_jitter().without_max_times();
             builder.with_min_delay(Duration::from_millis(100)).with_max_delay(Duration::from_secs(10)).build()
@@ -133,7 +114,7 @@ impl Worker {
         }
     }
 
-    async fn connect(&self, mut client: FarmClient<Channel>, heart: Arc<dyn Heart>) -> Result<Link, Status> {
+    async fn connect(&self, mut client: Client, heart: Arc<dyn Heart>) -> Result<Link, Status> {
         let (outbound, receiver) = mpsc::channel(OUTBOUND);
         let inbound = client.work(ReceiverStream::new(receiver)).await?.into_inner().boxed();
         let coordinator = RemoteBlobs(client);
@@ -148,9 +129,9 @@ impl Worker {
 /// Why a worker gives up.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkError {
-    /// The coordinator's address is none.
-    #[error("no usable address ({0}); write http://HOST:PORT")]
-    Address(#[from] tonic::transport::Error),
+    /// The coordinator cannot be asked at all.
+    #[error(transparent)]
+    Access(#[from] AccessError),
     /// The coordinator will not take this worker.
     #[error("the coordinator refuses this worker: {0}")]
     Refused(String),

@@ -44,7 +44,7 @@ struct Summary {
 /// `gonio jobs`.
 pub fn list(arguments: &JobsArguments) -> Result<(), Failure> {
     let mut found = None;
-    Farm::connect(&arguments.farm)?.jobs(&mut |jobs| {
+    Farm::connect_by(&arguments.farm, &arguments.access)?.jobs(&mut |jobs| {
         found = Some(jobs);
         ControlFlow::Break(())
     })?;
@@ -80,7 +80,7 @@ pub fn list(arguments: &JobsArguments) -> Result<(), Failure> {
 pub fn attach(arguments: &ClientArguments) -> Result<(), Failure> {
     let interrupt = Interrupt::listen("")?;
     let (mut last, mut told, mut heard) = (Instant::now(), String::new(), false);
-    Farm::connect(&arguments.farm.farm)?.jobs(&mut |jobs| {
+    Farm::connect_by(&arguments.farm.farm, &arguments.farm.access)?.jobs(&mut |jobs| {
         if interrupt.is_asked() {
             return ControlFlow::Break(());
         }
@@ -111,7 +111,7 @@ pub fn attach(arguments: &ClientArguments) -> Result<(), Failure> {
 
 /// `gonio cancel`.
 pub fn cancel(arguments: &ClientArguments) -> Result<(), Failure> {
-    let cancelled = Farm::connect(&arguments.farm.farm)?.cancel(&arguments.client)?;
+    let cancelled = Farm::connect_by(&arguments.farm.farm, &arguments.farm.access)?.cancel(&arguments.client)?;
     if cancelled == 0 {
         return Err(nothing_of(&arguments.client));
     }

@@ -29,7 +29,7 @@ fn open(arguments: &FarmArguments, input: &Input) -> Result<OpenCapture, Failure
 fn farm(arguments: &FarmArguments) -> Result<Farm, Failure> {
     Ok(match &arguments.farm {
         None => Farm::embedded(arguments.threads)?,
-        Some(url) => Farm::connect(url)?.named(&std::env::args().nth(1).unwrap_or_default()),
+        Some(url) => Farm::connect_by(url, &arguments.access)?.named(&std::env::args().nth(1).unwrap_or_default()),
     })
 }
 

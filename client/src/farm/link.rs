@@ -6,8 +6,8 @@ use futures::future::BoxFuture;
 use futures::stream::BoxStream;
 use gonio_coordinator::Coordinator;
 use gonio_proto::convert::digest::{blob_chunks, digests_from_wire, digests_to_wire};
-use gonio_proto::wire::farm_client::FarmClient;
 use gonio_proto::{Digest, wire};
+use gonio_worker::access::Client;
 use gonio_worker::pull::Link as WorkerLink;
 use gonio_worker::{Heart, Worker};
 use std::sync::Arc;
@@ -15,7 +15,6 @@ use std::time::Duration;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use tonic::Status;
-use tonic::transport::Channel;
 
 /// What an evaluation streams back.
 pub(super) type Events = BoxStream<'static, Result<wire::EvaluationEvent, Status>>;
@@ -25,7 +24,7 @@ pub(super) enum Link {
     /// Called directly; its messages are never encoded.
     Embedded(Coordinator),
     /// Called by gRPC.
-    Remote(FarmClient<Channel>),
+    Remote(Client),
 }
 
 impl Link {

@@ -4,6 +4,7 @@ mod link;
 mod open;
 
 pub use gonio_proto::convert::job::Job;
+pub use gonio_worker::access::Access;
 pub use open::OpenCapture;
 
 use futures::StreamExt;
@@ -15,7 +16,7 @@ use gonio_proto::{Digest, limits, wire};
 use gonio_scene::SceneError;
 use gonio_scene::files::Files;
 use gonio_worker::Worker;
-use gonio_worker::remote::farm_client;
+use gonio_worker::access::AccessError;
 use gonio_worker::renderer::{PathTracer, Renderer};
 use link::Link;
 use std::ops::ControlFlow;
@@ -33,9 +34,9 @@ pub enum FarmError {
     /// The runtime could not be started.
     #[error("cannot start: {0}")]
     Runtime(#[from] std::io::Error),
-    /// The address is none.
-    #[error("--farm: no usable address ({0}); write http://HOST:PORT")]
-    Address(#[from] tonic::transport::Error),
+    /// The coordinator cannot be asked at all.
+    #[error("--farm {0}")]
+    Access(#[from] AccessError),
     /// The capture is at fault.
     #[error(transparent)]
     Capture(#[from] SceneError),
@@ -124,10 +125,18 @@ impl Farm {
     /// # Errors
     /// No URL, or nobody answers there.
     pub fn connect(url: &str) -> Result<Self, FarmError> {
+        Self::connect_by(url, &Access::default())
+    }
+
+    /// The farm whose coordinator listens at `url` and asks who connects.
+    ///
+    /// # Errors
+    /// As [`Farm::connect`]; a certificate or token that cannot be read, or is refused.
+    pub fn connect_by(url: &str, access: &Access) -> Result<Self, FarmError> {
         let runtime = runtime()?;
         let link = {
             let _inside = runtime.enter();
-            Link::Remote(farm_client(url)?)
+            Link::Remote(access.client(url)?)
         };
         let farm = Self::new(runtime, link);
         farm.block_on(farm.shared.link.missing(&[]))?;

@@ -7,6 +7,7 @@ use gonio_scene::Capture;
 use gonio_scene::capture::CAPTURE_FILE;
 use gonio_scene::files::{Files, MemoryFiles};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// A farm, and a capture's files in memory.
 pub struct InMemory<'a> {
@@ -25,7 +26,7 @@ impl Workshop for InMemory<'_> {
         let text = capture.to_toml().map_err(|error| refused(&error))?;
         files.0.insert(CAPTURE_FILE.to_owned(), text.into_bytes().into());
         for (path, bytes) in added {
-            files.0.insert(path.clone(), (*bytes).into());
+            files.0.insert(path.clone(), bytes.clone());
         }
         Ok(Box::new(self.farm.open(&files).map_err(|error| refused(&error))?))
     }

@@ -1,0 +1,117 @@
+//! What may be written on the coordinator's command line.
+
+use anyhow::ensure;
+use clap::{Args, Parser, Subcommand};
+use gonio_coordinator::security::{Guard, Identity, Roles, Tokens, fresh, server};
+use gonio_coordinator::service::Protection;
+use std::io::Write;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+/// Hands out the tasks of evaluations to workers and reduces what they render.
+#[derive(Debug, Parser)]
+#[command(name = "gonio-coordinator", version, args_conflicts_with_subcommands = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Address to listen on; port 0 takes a free one, which is printed
+    #[arg(long, default_value = "127.0.0.1:7300")]
+    pub listen: String,
+    /// Where captures are kept: a folder, memory://, or s3://BUCKET/PREFIX
+    #[arg(long, default_value = "gonio-store")]
+    pub store: String,
+    /// Wait until the coordinator that owns the store's farm stops, or has not been heard of for ten seconds; then listen
+    /// and take over
+    #[arg(long)]
+    pub standby: bool,
+    /// Seconds that evaluations which run have to finish once the coordinator is told to stop; then they fail
+    #[arg(long, default_value_t = 10.0, value_parser = gonio_proto::limits::seconds)]
+    pub grace: f64,
+    #[command(flatten)]
+    pub security: SecurityArguments,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Make a token: it is printed, and what grants it its roles is added to a file
+    Token(TokenArguments),
+}
+
+/// Who may connect, and do what.
+#[derive(Debug, Args)]
+pub struct SecurityArguments {
+    /// The coordinator's certificate, with those between it and its authority, as PEM; connections are then encrypted
+    #[arg(long, value_name = "PEM", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+    /// The certificate's private key, as PEM
+    #[arg(long, value_name = "PEM", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
+    /// Let in only who shows a certificate that an authority of this PEM file has signed
+    #[arg(long, value_name = "PEM", requires = "tls_cert")]
+    client_ca: Option<PathBuf>,
+    /// Let in only who shows a token of this file, to do what its roles allow
+    #[arg(long, value_name = "FILE")]
+    tokens: Option<PathBuf>,
+    /// Listen beyond this machine without encryption, or without asking who connects
+    #[arg(long)]
+    insecure: bool,
+}
+
+/// `gonio-coordinator token`.
+#[derive(Debug, Args)]
+pub struct TokenArguments {
+    /// Whose token it is: a word for logs
+    name: String,
+    /// What it allows: submit (clients), work (workers), watch (see what runs), with commas between
+    #[arg(long, value_name = "ROLES")]
+    roles: Roles,
+    /// The file that the coordinator reads by --tokens; created if need be
+    #[arg(long, value_name = "FILE")]
+    tokens: PathBuf,
+}
+
+impl SecurityArguments {
+    /// What protects a coordinator that listens at `address`.
+    ///
+    /// # Errors
+    /// A file that is none, or an address beyond this machine that nothing protects.
+    pub fn protection(&self, address: SocketAddr) -> anyhow::Result<Protection> {
+        let asks = self.tokens.is_some() || self.client_ca.is_some();
+        ensure!(
+            address.ip().is_loopback() || self.insecure || self.tls_cert.is_some() && asks,
+            "--listen {address}: others could read along, and anybody submit; name --tls-cert and --tls-key, and --client-ca \
+             or --tokens, or say --insecure where the network is closed to others"
+        );
+        let tls = match (&self.tls_cert, &self.tls_key) {
+            (Some(certificate), Some(key)) => Some(server(&Identity {
+                certificate: certificate.clone(),
+                key: key.clone(),
+                client_ca: self.client_ca.clone(),
+            })?),
+            _ => None,
+        };
+        let tokens = self.tokens.as_deref().map(Tokens::read).transpose()?;
+        Ok(Protection { tls, guard: Guard::new(tokens) })
+    }
+}
+
+impl TokenArguments {
+    /// Makes the token.
+    ///
+    /// # Errors
+    /// The name is no word, or the file cannot be written.
+    pub fn make(&self) -> anyhow::Result<()> {
+        let word = |c: char| c.is_ascii_alphanumeric() || "-_.@".contains(c);
+        ensure!(
+            !self.name.is_empty() && self.name.chars().all(word),
+            "{:?}: write letters, digits, - _ . @",
+            self.name
+        );
+        let (token, line) = fresh(&self.name, self.roles)?;
+        let file = std::fs::OpenOptions::new().create(true).append(true).open(&self.tokens);
+        file.and_then(|mut file| file.write_all(line.as_bytes()))
+            .map_err(|error| anyhow::anyhow!("--tokens {}: {error}", self.tokens.display()))?;
+        println!("{token}");
+        Ok(())
+    }
+}

@@ -160,3 +160,16 @@ async fn requests_and_blobs_that_break_the_protocol_are_refused() {
     assert!(!put(&mut client, good.clone()).await.unwrap().get_ref().existed);
     assert!(put(&mut client, good).await.unwrap().get_ref().existed);
 }
+
+#[tokio::test]
+async fn evaluations_beyond_a_bound_wait_outside_and_known_ones_are_found() {
+    let (coordinator, digest) = coordinator().await;
+    let keyed = |key: u8| wire::EvaluationRequest { key: vec![key; 16].into(), ..request(digest, 1) };
+    let mut streams = vec![coordinator.evaluate(keyed(1)).unwrap()];
+    for _ in 1..gonio_coordinator::jobs::MOST {
+        streams.push(coordinator.evaluate(request(digest, 1)).unwrap());
+    }
+    refused(coordinator.evaluate(keyed(2)), Code::ResourceExhausted, "run already");
+    // Who asks again for what runs adds nothing.
+    streams.push(coordinator.evaluate(keyed(1)).unwrap());
+}

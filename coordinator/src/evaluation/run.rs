@@ -5,7 +5,7 @@ use super::stream::{tell, with_loss};
 use crate::Coordinator;
 use crate::broker::Failure;
 use crate::intake::Turn;
-use crate::jobs::{Answer, Job};
+use crate::jobs::{Answer, Job, MOST};
 use crate::journal::Restored;
 use gonio_proto::convert::reduced::Reduced;
 use gonio_proto::convert::request::{Requester, request_from_wire};
@@ -56,6 +56,10 @@ pub fn evaluate(
     message: wire::EvaluationRequest,
 ) -> Result<ReceiverStream<wire::EvaluationEvent>, Status> {
     let checked = Checked::new(message)?;
+    if coordinator.jobs.is_full_for(checked.key) {
+        let text = format!("{MOST} evaluations run already; send fewer at a time, or ask again when some have ended");
+        return Err(Status::resource_exhausted(text));
+    }
     let turn = coordinator.intake.enter().ok_or_else(|| Status::unavailable(crate::STOPS))?;
     let job = checked.job(coordinator.broker.new_evaluation());
     let asked = job.request;

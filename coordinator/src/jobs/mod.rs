@@ -4,7 +4,7 @@ mod job;
 mod registry;
 
 pub use job::{Answer, End, Job, Listener};
-pub use registry::Jobs;
+pub use registry::{Jobs, MOST};
 
 use std::time::Duration;
 

@@ -5,6 +5,9 @@ use gonio_proto::Key;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+/// Evaluations that run at the same time: each holds photos and films that no client should fill the memory with.
+pub const MOST: usize = 4096;
+
 /// Evaluations by number and by key. Clones share them.
 #[derive(Debug, Clone, Default)]
 pub struct Jobs {
@@ -41,6 +44,13 @@ impl Jobs {
             state.by_key.insert(key, job.evaluation);
         }
         Ok(job)
+    }
+
+    /// Whether no further evaluation is taken; one whose key runs is no further one.
+    #[must_use]
+    pub fn is_full_for(&self, key: Option<Key>) -> bool {
+        let state = self.state();
+        state.by_number.len() >= MOST && key.is_none_or(|key| !state.by_key.contains_key(&key))
     }
 
     /// Removes an evaluation that is over.

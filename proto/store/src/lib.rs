@@ -46,7 +46,9 @@ impl Blobs {
         Self::over("memory://", Arc::new(InMemory::new()))
     }
 
-    fn over(url: &str, store: Arc<dyn ObjectStore>) -> Self {
+    /// A store that somebody else has opened; `url` is what errors call it.
+    #[must_use]
+    pub fn over(url: &str, store: Arc<dyn ObjectStore>) -> Self {
         Self { url: url.into(), store }
     }
 

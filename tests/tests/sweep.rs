@@ -1,14 +1,16 @@
-//! A sweep over real processes: the same tables embedded, with one worker, with two, and with a coordinator that is killed.
+//! A sweep over real processes: the same tables embedded, with one worker, with two, and with a coordinator that is killed,
+//! whether the next one knows of it (its store is a folder) or not (memory). `GONIO_FRAMES=2000` makes it a longer one.
 
 #![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
 #![cfg(unix)]
 
 use gonio_tests::captures;
-use gonio_tests::cluster::{Cluster, PROGRAMS, Process};
+use gonio_tests::cluster::{Cluster, PROGRAMS};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+/// How many frames, unless the environment says.
 const FRAMES: usize = 400;
 
 /// A folder that goes with the test.
@@ -52,11 +54,13 @@ fn records(out: &Path) -> usize {
 fn a_sweep_has_the_same_tables_however_it_is_farmed() {
     let folder = Folder::new();
     let top = folder.0.as_path();
+    let frames =
+        std::env::var("GONIO_FRAMES").map_or(FRAMES, |text| text.parse().expect("GONIO_FRAMES: a whole number"));
     let text = format!(
         "format = 1\ncapture = {:?}\nsamples = 32\nresolution = 0.2\nphotos = [\"00\", \"03\"]\n[[design]]\nkind = \"sobol\"\n\
          count = {}\naxes = [{{ name = \"material.shell.roughness\", from = 0.1, to = 0.6 }}]\n",
         captures().join("none-201"),
-        FRAMES / 2
+        frames / 2
     );
     std::fs::write(top.join("sweep.toml"), text).unwrap();
     assert!(sweep(top, "embedded", None).output().unwrap().status.success());
@@ -70,25 +74,25 @@ fn a_sweep_has_the_same_tables_however_it_is_farmed() {
         assert!(tables(top, &out) == expected, "{workers} workers");
     }
 
-    // Its store in memory goes with each of them: a new one knows nothing.
-    let mut cluster = Cluster::start(2);
-    let child = sweep(top, "killed", Some(&cluster.url)).spawn().unwrap();
-    for kill in 1..=3 {
-        let patience = Instant::now();
-        while records(&top.join("killed")) < kill * FRAMES / 5 {
-            assert!(patience.elapsed() < Duration::from_secs(120), "no frames before kill {kill}");
-            std::thread::sleep(Duration::from_millis(2));
+    for store in ["memory://", "objects"] {
+        let store = if store == "objects" { top.join(store).to_str().unwrap().to_owned() } else { store.to_owned() };
+        let mut cluster = Cluster::start_with(&store, 2);
+        let out = format!("killed-{}", store.starts_with("memory"));
+        let child = sweep(top, &out, Some(&cluster.url)).spawn().unwrap();
+        for kill in 1..=3 {
+            let patience = Instant::now();
+            while records(&top.join(&out)) < kill * frames / 5 {
+                assert!(patience.elapsed() < Duration::from_secs(120), "no frames before kill {kill}");
+                std::thread::sleep(Duration::from_millis(2));
+            }
+            cluster.replace_coordinator(Path::new(&store));
         }
-        // The old one is killed before the new one takes its address.
-        cluster.coordinator = Process::spawn(&mut Command::new("true"));
-        let address = cluster.url.strip_prefix("http://").unwrap().to_owned();
-        let arguments = ["--listen", &address, "--store", "memory://"];
-        cluster.coordinator = Process::start("gonio-coordinator", &arguments);
+        let output = child.wait_with_output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{stderr}");
+        // Only one that knows nothing must be told again.
+        assert!(stderr.contains("trying again") || !store.starts_with("memory"), "{stderr}");
+        assert_eq!(records(&top.join(&out)), frames);
+        assert!(tables(top, &out) == expected, "killed three times over {store}");
     }
-    let output = child.wait_with_output().unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
-    assert!(stderr.contains("trying again"), "{stderr}");
-    assert_eq!(records(&top.join("killed")), FRAMES);
-    assert!(tables(top, "killed") == expected, "killed three times");
 }

@@ -93,7 +93,7 @@ pub struct FarmArguments {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
     /// Coordinator of a farm, such as http://host:7300; absent, the farm is embedded in this process
-    #[arg(long, value_name = "URL", conflicts_with = "threads")]
+    #[arg(long, value_name = "URL", env = "GONIO_FARM", conflicts_with = "threads")]
     pub farm: Option<String>,
     /// What the farm asks of those who connect.
     #[command(flatten)]
@@ -230,7 +230,7 @@ pub struct CheckArguments {
 #[derive(Debug, Args)]
 pub struct JobsArguments {
     /// Coordinator of the farm, such as http://host:7300
-    #[arg(long, value_name = "URL")]
+    #[arg(long, value_name = "URL", env = "GONIO_FARM")]
     pub farm: String,
     /// What the farm asks of those who connect.
     #[command(flatten)]

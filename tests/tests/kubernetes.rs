@@ -1,0 +1,207 @@
+//! What is deployed fits what is built: every manifest has the types of the Kubernetes API and no key beside them, and its flags,
+//! ports, files and times are those of the real programs. Where `kubectl` is, every overlay is built by it as well.
+
+#![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
+#![cfg(unix)]
+
+use gonio_tests::cluster::command;
+use k8s_openapi::api::apps::v1::Deployment;
+use k8s_openapi::api::autoscaling::v2::HorizontalPodAutoscaler;
+use k8s_openapi::api::core::v1::{Container, PersistentVolumeClaim, PodSpec, Service};
+use k8s_openapi::api::networking::v1::NetworkPolicy;
+use k8s_openapi::api::policy::v1::PodDisruptionBudget;
+use serde::Deserialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const PORT: i32 = 7300;
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("k8s")
+}
+
+fn documents(text: &str) -> Vec<Value> {
+    let parsed = serde_yaml_ng::Deserializer::from_str(text).map(|d| Value::deserialize(d).unwrap());
+    parsed.filter(|value| !value.is_null()).collect()
+}
+
+/// All manifests as they are written; patches have types too.
+fn written() -> Vec<(String, Value)> {
+    let mut all = Vec::new();
+    for place in ["base", "overlays/local", "overlays/cloud"] {
+        for entry in std::fs::read_dir(folder().join(place)).unwrap() {
+            let path = entry.unwrap().path();
+            if !path.ends_with("kustomization.yaml") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                all.extend(documents(&text).into_iter().map(|d| (path.display().to_string(), d)));
+            }
+        }
+    }
+    all
+}
+
+/// Fails unless all that `written` says is in `known`, what the types have kept of it.
+fn kept(path: &str, written: &Value, known: &Value) {
+    match (written, known) {
+        (Value::Object(a), Value::Object(b)) => {
+            for (key, value) in a {
+                let there = b.get(key).unwrap_or_else(|| panic!("{path}.{key} is no key of the API"));
+                kept(&format!("{path}.{key}"), value, there);
+            }
+        }
+        (Value::Array(a), Value::Array(b)) => a.iter().zip(b).for_each(|(a, b)| kept(path, a, b)),
+        _ => {}
+    }
+}
+
+fn typed<T: serde::de::DeserializeOwned + serde::Serialize>(path: &str, document: &Value) -> T {
+    let value: T = serde_json::from_value(document.clone()).unwrap_or_else(|error| panic!("{path}: {error}"));
+    kept(path, document, &serde_json::to_value(&value).unwrap());
+    value
+}
+
+fn check_types(path: &str, document: &Value) {
+    let kind = document["kind"].as_str().unwrap();
+    let path = format!("{path}: {kind}");
+    match kind {
+        "Deployment" => drop(typed::<Deployment>(&path, document)),
+        "Service" => drop(typed::<Service>(&path, document)),
+        "PodDisruptionBudget" => drop(typed::<PodDisruptionBudget>(&path, document)),
+        "NetworkPolicy" => drop(typed::<NetworkPolicy>(&path, document)),
+        "HorizontalPodAutoscaler" => drop(typed::<HorizontalPodAutoscaler>(&path, document)),
+        "PersistentVolumeClaim" => drop(typed::<PersistentVolumeClaim>(&path, document)),
+        other => panic!("{path}: {other} is checked by nobody"),
+    }
+}
+
+/// The flags of a program, by its own help.
+fn help(program: &str) -> String {
+    String::from_utf8(command(program, &["--help"]).output().unwrap().stdout).unwrap()
+}
+
+fn flags(arguments: &[String]) -> BTreeMap<&str, &str> {
+    arguments.iter().map(|a| a.strip_prefix("--").unwrap()).map(|a| a.split_once('=').unwrap_or((a, ""))).collect()
+}
+
+fn check_pod(program: &str, pod: &PodSpec, container: &Container, arguments: &[String]) {
+    let help = help(program);
+    let flags = flags(arguments);
+    for (name, value) in &flags {
+        assert!(help.contains(&format!("--{name}")), "{program} has no --{name}");
+        if value.starts_with('/') {
+            let mounts = container.volume_mounts.iter().flatten();
+            assert!(mounts.clone().any(|m| value.starts_with(&m.mount_path)), "{program}: {value} is mounted nowhere");
+        }
+    }
+    let grace: f64 = flags["grace"].parse().unwrap();
+    let patience = pod.termination_grace_period_seconds.unwrap();
+    // Two seconds of farewell, and some to begin.
+    assert!(grace + 5.0 <= patience as f64, "{program} is killed before its grace has ended");
+    assert_eq!(pod.automount_service_account_token, Some(false));
+    let security = pod.security_context.as_ref().unwrap();
+    assert_eq!(security.run_as_non_root, Some(true));
+    let own = container.security_context.as_ref().unwrap();
+    assert_eq!((own.allow_privilege_escalation, own.read_only_root_filesystem), (Some(false), Some(true)));
+    assert_eq!(own.capabilities.as_ref().unwrap().drop.as_deref(), Some(&["ALL".to_owned()][..]));
+    let resources = container.resources.as_ref().unwrap();
+    assert!(resources.requests.is_some() && resources.limits.is_some());
+    let mounted: Vec<&str> = container.volume_mounts.iter().flatten().map(|m| m.name.as_str()).collect();
+    let volumes: Vec<&str> = pod.volumes.iter().flatten().map(|v| v.name.as_str()).collect();
+    assert_eq!(mounted, volumes);
+}
+
+/// The deployments of a list of manifests that are whole.
+fn check_deployments(manifests: &[Value]) {
+    let mut seen = 0;
+    for document in manifests.iter().filter(|d| d["kind"] == "Deployment") {
+        let deployment: Deployment = typed("deployment", document);
+        let spec = deployment.spec.unwrap();
+        let (pod, labels) = (spec.template.spec.unwrap(), spec.template.metadata.unwrap().labels.unwrap());
+        let selected = spec.selector.match_labels.unwrap();
+        assert!(selected.iter().all(|(key, value)| labels.get(key) == Some(value)));
+        let container = &pod.containers[0];
+        let program = container.image.as_deref().unwrap().split(':').next().unwrap();
+        let arguments = container.args.clone().unwrap();
+        check_pod(program, &pod, container, &arguments);
+        let flags = flags(&arguments);
+        if program == "gonio-coordinator" {
+            assert!(flags["listen"].ends_with(&format!(":{PORT}")));
+            assert_eq!(container.ports.as_ref().unwrap()[0].container_port, PORT);
+            let probes = [&container.startup_probe, &container.readiness_probe, &container.liveness_probe];
+            for probe in probes.into_iter().flatten() {
+                assert_eq!(serde_json::to_value(&probe.tcp_socket).unwrap()["port"], "grpc");
+            }
+            assert!(container.readiness_probe.is_some());
+            // One that stands by listens to nobody, and must not be killed for it.
+            assert!(!flags.contains_key("standby") || container.liveness_probe.is_none());
+        } else {
+            assert!(flags["coordinator"].ends_with(&format!("//gonio-coordinator:{PORT}")));
+        }
+        seen += 1;
+    }
+    assert_eq!(seen, 2);
+    for document in manifests.iter().filter(|d| d["kind"] == "Service") {
+        let service: Service = typed("service", document);
+        assert_eq!(service.metadata.name.as_deref(), Some("gonio-coordinator"));
+        assert_eq!(service.spec.unwrap().ports.unwrap()[0].port, PORT);
+    }
+    let denied = manifests.iter().filter(|d| d["kind"] == "NetworkPolicy").any(|d| {
+        let policy: NetworkPolicy = typed("policy", d);
+        let spec = policy.spec.unwrap();
+        spec.ingress.is_none() && spec.egress.is_none() && spec.policy_types.unwrap().len() == 2
+    });
+    assert!(denied, "nothing denies by default");
+}
+
+#[test]
+fn manifests_have_the_types_of_the_api_and_the_flags_of_the_programs() {
+    let written = written();
+    written.iter().for_each(|(path, document)| check_types(path, document));
+    let base = written.iter().filter(|(path, _)| path.contains("/base/")).map(|(_, d)| d.clone());
+    check_deployments(&base.collect::<Vec<_>>());
+}
+
+#[test]
+fn every_overlay_is_built() {
+    if Command::new("kubectl").arg("version").arg("--client").output().is_err() {
+        println!("skipped: there is no kubectl here");
+        return;
+    }
+    for overlay in std::fs::read_dir(folder().join("overlays")).unwrap() {
+        let overlay = overlay.unwrap().path();
+        let built = Command::new("kubectl").arg("kustomize").arg(&overlay).output().unwrap();
+        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+        let manifests = documents(&String::from_utf8(built.stdout).unwrap());
+        manifests.iter().for_each(|document| check_types(&overlay.display().to_string(), document));
+        check_deployments(&manifests);
+        let pods = manifests.iter().filter(|d| d["kind"] == "Deployment");
+        // What is denied by default is what has this label.
+        for pod in pods {
+            assert_eq!(pod["spec"]["template"]["metadata"]["labels"]["app.kubernetes.io/part-of"], "gonio");
+        }
+    }
+}
+
+#[test]
+fn compose_starts_the_programs_as_they_are() {
+    let text = std::fs::read_to_string(folder().join("compose/compose.yaml")).unwrap();
+    let compose = &documents(&text)[0];
+    for (service, program) in [("coordinator", "gonio-coordinator"), ("worker", "gonio-worker")] {
+        let service = &compose["services"][service];
+        assert_eq!(service["image"], format!("{program}:latest"));
+        let arguments: Vec<String> = serde_json::from_value(service["command"].clone()).unwrap();
+        let (flags, help) = (flags(&arguments), help(program));
+        for name in flags.keys() {
+            assert!(help.contains(&format!("--{name}")), "{program} has no --{name}");
+        }
+        let patience: f64 = service["stop_grace_period"].as_str().unwrap().trim_end_matches('s').parse().unwrap();
+        assert!(flags["grace"].parse::<f64>().unwrap() + 5.0 <= patience);
+    }
+    // The client learns of the farm by variables, which its help names.
+    let help = String::from_utf8(command("gonio", &["fit", "--help"]).output().unwrap().stdout).unwrap();
+    for name in compose["services"]["client"]["environment"].as_object().unwrap().keys() {
+        assert!(help.contains(name.as_str()), "gonio does not read {name}");
+    }
+}

@@ -4,6 +4,7 @@ use crate::effects::{Effect, Variant};
 use crate::judge::{Judgement, judge, with_held_out};
 use crate::measured;
 use crate::model::Model;
+use crate::overlay::AddedFile;
 use crate::result::{Considered, Diagnosis, Finding, FoundParameter, HeldOut, Verdict};
 use crate::score::tail_probability;
 use crate::select::{Addition, Selection, Trial, importance, select};
@@ -14,7 +15,6 @@ use gonio_fit::FitError;
 use gonio_scene::Capture;
 use gonio_scene::capture::Role;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
-use std::sync::Arc;
 use std::time::Instant;
 
 /// A base model that leaves more than this part of its excess over the noise unexplained has not been explained.
@@ -36,7 +36,7 @@ pub struct Diagnosed {
     /// The extended, fitted capture with all of its photos; the base model's where nothing was found.
     pub capture: Capture,
     /// Files that the extension brought.
-    pub files: Vec<(String, Arc<[u8]>)>,
+    pub files: Vec<AddedFile>,
     /// The base model's capture, without held-out photos.
     pub base_capture: Capture,
     /// The final model's, without held-out photos.

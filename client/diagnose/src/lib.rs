@@ -36,7 +36,7 @@ pub use event::DiagnoseEvent;
 pub use judge::Judgement;
 pub use model::{Model, Part};
 pub use options::Options;
-pub use overlay::Overlay;
+pub use overlay::{AddedFile, Overlay};
 pub use result::{Considered, Diagnosis, Finding, FoundParameter, HeldOut, Verdict};
 pub use structure::{STRONG, Seen, Structure};
 pub use workshop::{Observer, Workshop};

@@ -3,12 +3,12 @@
 use crate::cross;
 use crate::effects::{Effect, Variant};
 use crate::measured;
+use crate::overlay::AddedFile;
 use crate::workshop::{Observer, Workshop, evaluate};
 use crate::{DiagnoseError, DiagnoseEvent};
 use gonio_fit::{Evaluate, FitError, FitResult, Options, Space};
 use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 /// An effect that is part of a model.
 #[derive(Debug, Clone)]
@@ -25,7 +25,7 @@ pub struct Model {
     /// The capture at the fitted values, without held-out photos.
     pub capture: Capture,
     /// Files that its effects brought.
-    pub files: Vec<(String, Arc<[u8]>)>,
+    pub files: Vec<AddedFile>,
     /// Its effects, in the order in which they were added.
     pub parts: Vec<Part>,
     /// The fit.
@@ -41,7 +41,7 @@ impl Model {
     /// A fit that fails or is cancelled.
     pub fn fit(
         capture: &Capture,
-        files: Vec<(String, Arc<[u8]>)>,
+        files: Vec<AddedFile>,
         parts: Vec<Part>,
         options: &Options,
         workshop: &dyn Workshop,

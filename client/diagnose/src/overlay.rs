@@ -4,12 +4,15 @@ use gonio_scene::Result;
 use gonio_scene::files::Files;
 use std::sync::Arc;
 
+/// A file that comes with an effect: path and contents.
+pub type AddedFile = (String, Arc<[u8]>);
+
 /// A capture's files with some added.
 pub struct Overlay<'a> {
     /// The capture's own.
     pub files: &'a dyn Files,
     /// Path and contents of those added.
-    pub added: &'a [(String, Arc<[u8]>)],
+    pub added: &'a [AddedFile],
 }
 
 impl Files for Overlay<'_> {

@@ -3,12 +3,12 @@
 use crate::context::Context;
 use crate::effects::{Direction, Effect, Variant};
 use crate::measured;
+use crate::overlay::AddedFile;
 use gonio_fit::Space;
 use gonio_scene::capture::Range;
 use gonio_scene::parameter::{Parameter, Term};
 use gonio_scene::{Capture, Result, SceneError};
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 /// An effect's variant with its columns in the score pass.
 #[derive(Debug, Clone)]
@@ -29,7 +29,7 @@ pub struct Probe {
     /// The capture with every candidate at its null: it means what the model's does.
     pub capture: Capture,
     /// Files that candidates add: path and contents.
-    pub files: Vec<(String, Arc<[u8]>)>,
+    pub files: Vec<AddedFile>,
     /// The model's own columns, then the candidates'.
     pub columns: Vec<Parameter>,
     /// How many of them are the model's own.
@@ -45,7 +45,7 @@ impl Probe {
     /// A patch that the capture format refuses.
     pub fn new(context: &Context<'_>, effects: &[&'static Effect]) -> Result<Self> {
         let mut capture = context.capture.clone();
-        let mut files: Vec<(String, Arc<[u8]>)> = Vec::new();
+        let mut files: Vec<AddedFile> = Vec::new();
         let mut found: Vec<(&'static Effect, Variant)> = Vec::new();
         for effect in effects {
             for variant in (effect.variants)(context) {

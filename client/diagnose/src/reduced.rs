@@ -1,12 +1,12 @@
 //! Photos at a part of their size, for what is sought in them and not measured.
 
 use crate::DiagnoseError;
+use crate::overlay::AddedFile;
 use crate::overlay::Overlay;
 use gonio_scene::capture::{Camera, CameraOverride};
 use gonio_scene::files::Files;
 use gonio_scene::image::{Image, encode_exr, encode_png8, read, read_mask};
 use gonio_scene::{Capture, Result};
-use std::sync::Arc;
 
 /// The capture with photos whose pixels are the means of `factor` x `factor` of its own, and the files that come with it. A
 /// pixel counts where all of these do. Rows and columns beyond a multiple of `factor` are left out. The sensor's noise stays
@@ -16,10 +16,10 @@ use std::sync::Arc;
 /// A photo that cannot be read, a capture that the format refuses.
 pub fn reduced(
     capture: &Capture,
-    added: &[(String, Arc<[u8]>)],
+    added: &[AddedFile],
     factor: u32,
     files: &dyn Files,
-) -> std::result::Result<(Capture, Vec<(String, Arc<[u8]>)>), DiagnoseError> {
+) -> std::result::Result<(Capture, Vec<AddedFile>), DiagnoseError> {
     let (mut small, mut with) = (capture.clone(), added.to_vec());
     if factor <= 1 {
         return Ok((small, with));

@@ -4,13 +4,13 @@ use crate::DiagnoseError;
 use crate::effects::Variant;
 use crate::finer::refined;
 use crate::model::{Model, Part};
+use crate::overlay::AddedFile;
 use crate::probe::Candidate;
 use crate::score::Score;
 use crate::search::search;
 use crate::workshop::{Observer, Workshop};
 use gonio_fit::Options;
 use gonio_scene::Capture;
-use std::sync::Arc;
 
 /// Searches, each with all else fitted anew to where the last has ended, at most.
 const ROUNDS: u32 = 3;
@@ -77,7 +77,7 @@ pub fn extended(
     capture: &Capture,
     variant: &Variant,
     change: &[f64],
-    files: &mut Vec<(String, Arc<[u8]>)>,
+    files: &mut Vec<AddedFile>,
 ) -> Result<Capture, DiagnoseError> {
     let mut capture = capture.clone();
     variant.add_to(&mut capture, files);

@@ -2,6 +2,7 @@
 //! towards it.
 
 use crate::effects::Variant;
+use crate::overlay::AddedFile;
 use crate::quadratic::Quadratic;
 use crate::reduced::reduced;
 use crate::workshop::{Observer, Workshop, evaluate, tell};
@@ -13,7 +14,6 @@ use gonio_scene::{Capture, EvaluationRequest, Output};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 
 /// Samples per pixel of an evaluation.
 const SAMPLES: u32 = 16;
@@ -45,7 +45,7 @@ pub fn search(
     capture: &mut Capture,
     variant: &Variant,
     round: u32,
-    files: &[(String, Arc<[u8]>)],
+    files: &[AddedFile],
     seed: u64,
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,

@@ -1,11 +1,11 @@
 //! What a diagnosis needs from the world: somebody who makes captures ready to be evaluated, and somebody who watches.
 
+use crate::overlay::AddedFile;
 use crate::{DiagnoseError, DiagnoseEvent};
 use gonio_fit::{Evaluate, EvaluateError};
 use gonio_scene::files::Files;
 use gonio_scene::{Capture, Evaluation, EvaluationRequest};
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 /// Sees a diagnosis' events; breaks to cancel it.
 pub type Observer<'a> = dyn FnMut(&DiagnoseEvent) -> ControlFlow<()> + 'a;
@@ -18,7 +18,7 @@ pub trait Workshop {
     ///
     /// # Errors
     /// See [`EvaluateError`].
-    fn open(&self, capture: &Capture, added: &[(String, Arc<[u8]>)]) -> Result<Box<dyn Evaluate>, EvaluateError>;
+    fn open(&self, capture: &Capture, added: &[AddedFile]) -> Result<Box<dyn Evaluate>, EvaluateError>;
 }
 
 /// Runs one evaluation under the observer's eyes.

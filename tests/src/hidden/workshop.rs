@@ -1,13 +1,12 @@
 //! The embedded farm as a diagnosis sees it.
 
 use gonio::farm::Farm;
-use gonio_diagnose::{DiagnoseError, Diagnosed, Diagnosis, Options, Workshop, diagnose};
+use gonio_diagnose::{AddedFile, DiagnoseError, Diagnosed, Diagnosis, Options, Workshop, diagnose};
 use gonio_fit::{Evaluate, EvaluateError};
 use gonio_scene::Capture;
 use gonio_scene::capture::CAPTURE_FILE;
 use gonio_scene::files::{Files, MemoryFiles};
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 /// A farm, and a capture's files in memory.
 pub struct InMemory<'a> {
@@ -20,7 +19,7 @@ impl Workshop for InMemory<'_> {
         self.files
     }
 
-    fn open(&self, capture: &Capture, added: &[(String, Arc<[u8]>)]) -> Result<Box<dyn Evaluate>, EvaluateError> {
+    fn open(&self, capture: &Capture, added: &[AddedFile]) -> Result<Box<dyn Evaluate>, EvaluateError> {
         let refused = |error: &dyn std::fmt::Display| EvaluateError::Refused(error.to_string());
         let mut files = self.files.clone();
         let text = capture.to_toml().map_err(|error| refused(&error))?;

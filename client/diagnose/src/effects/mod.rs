@@ -31,6 +31,7 @@ mod veiling_glare;
 mod vignetting;
 
 use crate::context::Context;
+use crate::overlay::AddedFile;
 use gonio_scene::Capture;
 use gonio_scene::capture::VARIATIONS;
 use std::collections::BTreeSet;
@@ -256,7 +257,7 @@ impl Variant {
     }
 
     /// Adds its structure to a capture, and the files that come with it, each once, to `files`.
-    pub fn add_to(&self, capture: &mut Capture, files: &mut Vec<(String, Arc<[u8]>)>) {
+    pub fn add_to(&self, capture: &mut Capture, files: &mut Vec<AddedFile>) {
         for file in self.structure.iter().filter_map(|structure| structure.add(capture)) {
             if !files.iter().any(|known| known.0 == file.0) {
                 files.push(file);
@@ -284,7 +285,7 @@ impl Variant {
 
 impl Structure {
     /// Adds it to a capture, once; returns the file that came with it.
-    pub fn add(&self, capture: &mut Capture) -> Option<(String, Arc<[u8]>)> {
+    pub fn add(&self, capture: &mut Capture) -> Option<AddedFile> {
         use gonio_scene::capture::LightKind;
         match self {
             Self::Light(light) => {

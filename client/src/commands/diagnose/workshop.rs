@@ -1,7 +1,7 @@
 //! The farm as a diagnosis sees it: a place that makes one capture after another ready.
 
 use gonio::farm::Farm;
-use gonio_diagnose::{Overlay, Workshop};
+use gonio_diagnose::{AddedFile, Overlay, Workshop};
 use gonio_fit::{Evaluate, EvaluateError};
 use gonio_scene::capture::CAPTURE_FILE;
 use gonio_scene::files::Files;
@@ -36,11 +36,7 @@ impl Workshop for FarmWorkshop<'_> {
         self.files
     }
 
-    fn open(
-        &self,
-        capture: &Capture,
-        added: &[(String, Arc<[u8]>)],
-    ) -> std::result::Result<Box<dyn Evaluate>, EvaluateError> {
+    fn open(&self, capture: &Capture, added: &[AddedFile]) -> std::result::Result<Box<dyn Evaluate>, EvaluateError> {
         let refused = |error: &dyn std::fmt::Display| EvaluateError::Refused(error.to_string());
         let text = capture.to_toml().map_err(|error| refused(&error))?;
         let files = Described { files: Overlay { files: self.files, added }, description: text.into_bytes().into() };

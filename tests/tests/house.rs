@@ -43,6 +43,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 14] = [
             "gonio-tracer",
             "gonio-fit",
             "gonio-diagnose",
+            "gonio-sweep",
             "gonio-worker",
             "gonio-coordinator",
             "gonio",

@@ -35,7 +35,7 @@ impl Authority {
         self.folder.join(format!("{}.pem", self.name))
     }
 
-    /// Signs a certificate for this machine, for both ends of a connection.
+    /// Signs a certificate: of `server` for that end of a connection to this machine, of others for the other end.
     pub fn sign(&self, name: &str) -> Signed {
         self.sign_until(name, 4096)
     }
@@ -43,7 +43,9 @@ impl Authority {
     /// The same, valid until this year begins.
     pub fn sign_until(&self, name: &str, year: i32) -> Signed {
         let mut params = CertificateParams::new(vec!["localhost".to_owned(), "127.0.0.1".to_owned()]).unwrap();
-        params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth, ExtendedKeyUsagePurpose::ClientAuth];
+        let serves = name == "server";
+        params.extended_key_usages =
+            vec![if serves { ExtendedKeyUsagePurpose::ServerAuth } else { ExtendedKeyUsagePurpose::ClientAuth }];
         params.not_before = date_time_ymd(2000, 1, 1);
         params.not_after = date_time_ymd(year, 1, 1);
         let key = KeyPair::generate().unwrap();

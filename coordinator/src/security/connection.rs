@@ -1,4 +1,4 @@
-//! At most so many connections at a time, none of which waits for its first byte for ever.
+//! At most so many connections at a time, none of which takes for ever to begin.
 
 use futures::{Stream, StreamExt};
 use std::future::Future;
@@ -14,13 +14,19 @@ use tokio::time::Sleep;
 use tokio_stream::wrappers::TcpListenerStream;
 use tonic::transport::server::{Connected, TcpConnectInfo};
 
-/// How long a connection may be silent before it says anything.
+/// How long a connection may take to begin.
 const FIRST_WORD: Duration = Duration::from_secs(10);
+
+/// Bytes after which it has begun: the preface of HTTP/2 and the frame of settings that follows (RFC 9113, 3.4). A TLS
+/// handshake, which is longer, has a limit of its own.
+const BEGINNING: usize = 24 + 9;
 
 /// A connection that counts.
 pub struct Connection {
     stream: TcpStream,
-    /// Until the first byte.
+    /// Bytes heard, as far as they are counted.
+    heard: usize,
+    /// Until it has begun.
     patience: Option<Pin<Box<Sleep>>>,
     _place: OwnedSemaphorePermit,
 }
@@ -36,7 +42,7 @@ pub fn bounded(listener: TcpListener, most: usize) -> impl Stream<Item = io::Res
             let _ = stream.set_nodelay(true);
             let place = places.acquire_owned().await.map_err(io::Error::other)?;
             let patience = Some(Box::pin(tokio::time::sleep(FIRST_WORD)));
-            Ok(Connection { stream, patience, _place: place })
+            Ok(Connection { stream, heard: 0, patience, _place: place })
         }
     })
 }
@@ -52,10 +58,15 @@ impl Connected for Connection {
 impl AsyncRead for Connection {
     fn poll_read(self: Pin<&mut Self>, context: &mut Context<'_>, into: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
         let this = self.get_mut();
+        let before = into.filled().len();
         let read = Pin::new(&mut this.stream).poll_read(context, into);
-        if read.is_ready() {
+        this.heard = this.heard.saturating_add(into.filled().len() - before);
+        if this.heard >= BEGINNING {
             this.patience = None;
-        } else if this.patience.as_mut().is_some_and(|patience| patience.as_mut().poll(context).is_ready()) {
+        }
+        if read.is_pending()
+            && this.patience.as_mut().is_some_and(|patience| patience.as_mut().poll(context).is_ready())
+        {
             return Poll::Ready(Err(io::ErrorKind::TimedOut.into()));
         }
         read
@@ -114,18 +125,21 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn who_says_nothing_is_let_go_and_who_spoke_is_not() {
+    async fn who_does_not_begin_is_let_go_and_who_has_is_not() {
         let (listener, address) = listener().await;
         let mut incoming = Box::pin(bounded(listener, 2));
-        let _silent = TcpStream::connect(address).await.unwrap();
+        let stammerer = TcpStream::connect(address).await.unwrap();
+        stammerer.writable().await.unwrap();
+        stammerer.try_write(b"PRI").unwrap();
         let mut silent = incoming.next().await.unwrap().unwrap();
+        silent.read_exact(&mut [0; 3]).await.unwrap();
         let speaker = TcpStream::connect(address).await.unwrap();
         speaker.writable().await.unwrap();
-        speaker.try_write(b"x").unwrap();
+        speaker.try_write(&[0; BEGINNING]).unwrap();
         let mut spoken = incoming.next().await.unwrap().unwrap();
-        let mut byte = [0; 1];
-        spoken.read_exact(&mut byte).await.unwrap();
+        spoken.read_exact(&mut [0; BEGINNING]).await.unwrap();
         tokio::time::pause();
+        let mut byte = [0; 1];
         assert_eq!(silent.read(&mut byte).await.unwrap_err().kind(), io::ErrorKind::TimedOut);
         assert!(tokio::time::timeout(10 * FIRST_WORD, spoken.read(&mut byte)).await.is_err());
     }

@@ -65,8 +65,10 @@ fn the_depth_of_the_mesh_at_its_pose_is_what_the_sensor_measured() {
     apart.sort_by(f32::total_cmp);
     let median = apart[apart.len() / 2];
     println!("median |dz| {:.2} mm over {} pixels", 1e3 * median, apart.len());
-    // 8.8 mm by another program; a millimetre taken for a metre, or half the image off, is far out.
-    assert!(apart.len() > 5000 && (0.0083..0.0093).contains(&median), "{median} of {}", apart.len());
+    // Points scattered over the mesh by another program, those within 0.15 pixels of a pixel's centre: 7.3 mm over 4329
+    // pixels (8.1 mm over 4443 where the whole pixel counts). A millimetre taken for a metre, or an image off, is far out.
+    assert!((4200..4400).contains(&apart.len()), "{}", apart.len());
+    assert!((0.0065..0.0075).contains(&median), "{median}");
 }
 
 #[test]

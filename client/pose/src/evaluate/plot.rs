@@ -33,7 +33,7 @@ pub fn plot(evaluation: &Evaluation) -> Option<String> {
         let _ = writeln!(svg, "<text x=\"{column:.1}\" y=\"{below}\" text-anchor=\"middle\">{threshold:.1}</text>");
     }
     let middle = LEFT + WIDTH / 2.0;
-    let words = "threshold: part of the diameter (MSSD), 100 px of 640 (MSPD), part of the surface (VSD)";
+    let words = "threshold: of the diameter (MSSD), of 100 px (MSPD), of the surface (VSD)";
     let _ = writeln!(svg, "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{words}</text>", TOP + HEIGHT + 40.0);
     let curves = [
         ("MSSD", &scores.mssd_recalls, "#2a5fa8", ""),

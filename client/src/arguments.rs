@@ -81,6 +81,9 @@ pub enum Command {
     /// Make a capture of meshes and photos, with every guess marked
     #[command(after_help = EXIT_CODES)]
     New(crate::commands::new::NewArguments),
+    /// Hold estimated poses against a BOP dataset: VSD, MSSD, MSPD, ADD(-S), recalls, average precision
+    #[command(after_help = EXIT_CODES)]
+    Evaluate(crate::commands::evaluate::EvaluateArguments),
     /// Calibrate a camera from photos of a ChArUco board
     #[command(after_help = EXIT_CODES)]
     Calibrate(crate::commands::calibrate::CalibrateArguments),

@@ -30,6 +30,7 @@ fn main() -> ExitCode {
         Command::Composite(arguments) => (commands::prepare::composite::run(&arguments), arguments.json),
         Command::Check(arguments) => (commands::check::run(&arguments), arguments.json),
         Command::Dprime(arguments) => (commands::dprime::run(&arguments), arguments.json),
+        Command::Evaluate(arguments) => (commands::evaluate::run(&arguments), arguments.json),
         Command::Study(arguments) => (commands::study::run(&arguments), arguments.json),
         Command::Import(arguments) => (commands::import::run(&arguments), arguments.json),
         Command::New(arguments) => (commands::new::run(&arguments), arguments.json),

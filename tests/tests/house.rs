@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Every crate of the workspace with the crates of ours that it may depend on (tests and benchmarks included).
-const MAY_DEPEND_ON: [(&str, &[&str]); 14] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 15] = [
     ("gonio-scene", &[]),
     ("gonio-proto", &["gonio-scene"]),
     ("gonio-store", &["gonio-proto"]),
@@ -17,6 +17,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 14] = [
     ("gonio-prepare", &["gonio-scene"]),
     ("gonio-study", &[]),
     ("gonio-calibrate", &["gonio-scene"]),
+    ("gonio-pose", &["gonio-scene"]),
     ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-tracer"]),
     ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store"]),
     (
@@ -31,6 +32,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 14] = [
             "gonio-prepare",
             "gonio-study",
             "gonio-calibrate",
+            "gonio-pose",
             "gonio-coordinator",
             "gonio-worker",
         ],
@@ -52,7 +54,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 14] = [
 ];
 
 /// Libraries that must not reach a crate, even through others: transport stays out of the domain, the tracer and the fit.
-const NEVER: [(&str, &[&str]); 8] = [
+const NEVER: [(&str, &[&str]); 9] = [
     ("gonio-scene", &["tokio", "tonic", "prost"]),
     ("gonio-tracer", &["tokio", "tonic", "prost"]),
     ("gonio-fit", &["tokio", "tonic", "prost"]),
@@ -61,6 +63,7 @@ const NEVER: [(&str, &[&str]); 8] = [
     ("gonio-prepare", &["tokio", "tonic", "prost"]),
     ("gonio-study", &["tokio", "tonic", "prost"]),
     ("gonio-calibrate", &["tokio", "tonic", "prost"]),
+    ("gonio-pose", &["tokio", "tonic", "prost"]),
 ];
 
 fn metadata() -> serde_json::Value {

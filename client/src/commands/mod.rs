@@ -5,6 +5,7 @@ pub mod check;
 pub mod diagnose;
 pub mod dprime;
 mod draft;
+pub mod evaluate;
 pub mod fit;
 pub mod import;
 pub mod jobs;

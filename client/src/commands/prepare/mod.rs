@@ -17,7 +17,7 @@ fn image(path: &Path) -> Result<Image, Failure> {
 }
 
 /// A text file that the command line names.
-fn text(path: &Path) -> Result<String, Failure> {
+pub(super) fn text(path: &Path) -> Result<String, Failure> {
     std::fs::read_to_string(path).map_err(|error| {
         let problem = format!("cannot be read: {error}");
         SceneError::new(path.display().to_string(), problem, "correct the path, or its permissions").into()
@@ -30,7 +30,7 @@ fn beside(out: &Path, ending: &str) -> PathBuf {
 }
 
 /// Writes beside its place and renames, so that nobody reads half of a file.
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let mut part = path.as_os_str().to_owned();
     part.push(".part");
     std::fs::write(&part, bytes)

@@ -14,6 +14,10 @@ use wire::journal_record::Record;
 /// What one segment gathers, bytes, before it is written without waiting for more.
 const GROUP_BYTES: usize = 8 << 20;
 
+/// How long records that nobody waits for gather before they are written: a lost one costs a tile rendered again, and a file
+/// for each would cost a local disk more than the farm's own work does.
+const COMPANY: Duration = Duration::from_millis(100);
+
 /// How long a store that fails is asked again. An owner that cannot write cannot promise anything, and a standby is faster.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -36,8 +40,9 @@ impl Writer {
         let mut mark = Mark { epoch: self.epoch, count: 0, released: false };
         let mut ticks = tokio::time::interval(MARK);
         ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        let mut group = Group::default();
         let why = loop {
-            let group = tokio::select! {
+            tokio::select! {
                 // First, so that a busy journal does not look like a dead one.
                 biased;
                 _ = ticks.tick() => {
@@ -52,8 +57,9 @@ impl Writer {
                         }
                     }
                 }
-                group = gather(&mut entries) => group,
-            };
+                () = group.gather(&mut entries) => {}
+            }
+            let group = std::mem::take(&mut group);
             if !group.records.is_empty()
                 && let Err(why) = self.write(group.records, group.written).await
             {
@@ -141,6 +147,9 @@ fn taken_by(epoch: u64) -> String {
 #[derive(Default)]
 struct Group {
     records: Vec<wire::JournalRecord>,
+    bytes: usize,
+    /// When the first record came.
+    since: Option<tokio::time::Instant>,
     /// Who waits for it.
     written: Vec<oneshot::Sender<()>>,
     /// Whether nothing comes after it.
@@ -149,30 +158,33 @@ struct Group {
     released: Option<oneshot::Sender<()>>,
 }
 
-/// What waits, at least one entry.
-async fn gather(entries: &mut mpsc::Receiver<Entry>) -> Group {
-    let (mut group, mut bytes) = (Group::default(), 0);
-    let mut next = entries.recv().await;
-    loop {
-        match next {
-            Some(Entry::Record { record, written }) => {
-                bytes += record.encoded_len();
-                group.records.push(*record);
-                group.written.extend(written);
-            }
-            Some(Entry::Release(released)) => {
-                (group.last, group.released) = (true, Some(released));
-                return group;
-            }
-            None => {
-                group.last = true;
-                return group;
+impl Group {
+    /// Takes what comes until it is to be written: at once where somebody waits, else after [`COMPANY`]. May be dropped at any
+    /// await: what has come is here.
+    async fn gather(&mut self, entries: &mut mpsc::Receiver<Entry>) {
+        while !self.last && self.bytes < GROUP_BYTES {
+            let next = match entries.try_recv() {
+                Ok(entry) => Some(entry),
+                Err(mpsc::error::TryRecvError::Disconnected) => None,
+                Err(mpsc::error::TryRecvError::Empty) if !self.written.is_empty() => return,
+                Err(mpsc::error::TryRecvError::Empty) => match self.since {
+                    None => entries.recv().await,
+                    Some(since) => match tokio::time::timeout_at(since + COMPANY, entries.recv()).await {
+                        Ok(next) => next,
+                        Err(_) => return,
+                    },
+                },
+            };
+            match next {
+                Some(Entry::Record { record, written }) => {
+                    self.bytes += record.encoded_len();
+                    self.since.get_or_insert_with(tokio::time::Instant::now);
+                    self.records.push(*record);
+                    self.written.extend(written);
+                }
+                Some(Entry::Release(released)) => (self.last, self.released) = (true, Some(released)),
+                None => self.last = true,
             }
         }
-        if bytes >= GROUP_BYTES {
-            return group;
-        }
-        let Ok(entry) = entries.try_recv() else { return group };
-        next = Some(entry);
     }
 }

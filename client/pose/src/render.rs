@@ -8,54 +8,94 @@ use gonio_scene::mesh::Mesh;
 /// Triangles that come nearer than this, in metres, are left out rather than clipped: no camera sees a part from there.
 const NEAR: f64 = 1e-4;
 
+/// What each pixel of a picture sees at its centre.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Visible {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// z of the nearest surface in metres, row by row from the top; 0 where there is none.
+    pub metres: Vec<f32>,
+    /// Index of the triangle that is seen; [`NOTHING`] where there is none.
+    pub triangles: Vec<u32>,
+}
+
+/// Stands for no triangle.
+pub const NOTHING: u32 = u32::MAX;
+
 /// z of the nearest surface of `mesh` in each of `width * height` pixels, 0 where there is none. Both sides of a triangle
 /// count.
 #[must_use]
 pub fn depth(mesh: &Mesh, pose: &Pose, camera: &Intrinsics, width: u32, height: u32) -> Depth {
-    let mut metres = vec![0f32; width as usize * height as usize];
     let points: Vec<DVec3> = mesh.positions.iter().map(|p| pose.apply(DVec3::from_array(p.map(f64::from)))).collect();
-    for triangle in &mesh.triangles {
-        let corners = triangle.map(|index| points.get(index as usize).copied().unwrap_or(DVec3::NAN));
-        if corners.iter().all(|corner| corner.z > NEAR) {
-            fill(&corners, camera, width, height, &mut metres);
-        }
-    }
+    let Visible { metres, .. } = visible(&points, &mesh.triangles, camera, width, height);
     Depth { width, height, metres }
 }
 
-fn fill(corners: &[DVec3; 3], camera: &Intrinsics, width: u32, height: u32, metres: &mut [f32]) {
-    let [a, b, c] = corners.map(|corner| camera.project(corner));
-    let area = cross(b - a, c - a);
-    if !area.is_finite() || area == 0.0 {
-        return;
+/// What a picture of `width * height` pixels sees of `triangles` between `points`, which are in camera coordinates, metres.
+/// Both sides of a triangle count.
+#[must_use]
+pub fn visible(points: &[DVec3], triangles: &[[u32; 3]], camera: &Intrinsics, width: u32, height: u32) -> Visible {
+    let count = width as usize * height as usize;
+    let mut seen = Visible { width, height, metres: vec![0.0; count], triangles: vec![NOTHING; count] };
+    // Column, row and 1 / z, which is linear over the image; z above 0 marks what may be seen.
+    let project = |point: &DVec3| if point.z > NEAR { camera.project(*point).extend(1.0 / point.z) } else { DVec3::NAN };
+    let projected: Vec<DVec3> = points.iter().map(project).collect();
+    for (number, triangle) in triangles.iter().enumerate() {
+        let corners = triangle.map(|index| projected.get(index as usize).copied().unwrap_or(DVec3::NAN));
+        #[allow(clippy::cast_possible_truncation)] // a mesh has fewer than 2^32
+        seen.fill(number as u32, &corners);
     }
-    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-    // Out of view gives an empty range: `as` saturates.
-    #[allow(clippy::cast_possible_truncation)]
-    let range =
-        |low: f64, high: f64, size: u32| low.ceil().max(0.0) as i64..=high.floor().min(f64::from(size) - 1.0) as i64;
-    // 1 / z is linear over the image.
-    let inverse = corners.map(|corner| 1.0 / corner.z);
-    for row in range(low.y, high.y, height) {
-        for column in range(low.x, high.x, width) {
-            #[allow(clippy::cast_precision_loss)]
-            let pixel = DVec2::new(column as f64, row as f64);
-            let weights = [cross(c - b, pixel - b), cross(a - c, pixel - c), cross(b - a, pixel - a)].map(|w| w / area);
-            if weights.iter().any(|&weight| weight < 0.0) {
-                continue;
-            }
-            let z = 1.0 / weights.iter().zip(inverse).map(|(weight, inverse)| weight * inverse).sum::<f64>();
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // inside the image
-            let index = row as usize * width as usize + column as usize;
-            #[allow(clippy::cast_possible_truncation)]
-            let z = z as f32;
-            if let Some(old) = metres.get_mut(index)
-                && (*old == 0.0 || z < *old)
-            {
-                *old = z;
+    seen
+}
+
+impl Visible {
+    fn fill(&mut self, number: u32, corners: &[DVec3; 3]) {
+        let [a, b, c] = corners.map(DVec3::truncate);
+        let area = cross(b - a, c - a);
+        if !area.is_finite() || area == 0.0 {
+            return;
+        }
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let (rows, columns) = (pixels(low.y, high.y, self.height), pixels(low.x, high.x, self.width));
+        let Some(first) = columns.clone().next() else { return };
+        // Weights of the corners, and how they change from column to column.
+        let across = [c - b, a - c, b - a].map(|side| -side.y / area);
+        let inverse = across.iter().zip(corners).map(|(step, corner)| step * corner.z).sum::<f64>();
+        for row in rows {
+            let pixel = DVec2::new(f64::from(first), f64::from(row));
+            let begin = [cross(c - b, pixel - b), cross(a - c, pixel - c), cross(b - a, pixel - a)].map(|w| w / area);
+            let nearness = begin.iter().zip(corners).map(|(weight, corner)| weight * corner.z).sum::<f64>();
+            for column in columns.clone() {
+                let steps = f64::from(column - first);
+                if begin.iter().zip(across).any(|(begin, across)| begin + steps * across < 0.0) {
+                    continue;
+                }
+                #[allow(clippy::cast_possible_truncation)]
+                let z = (1.0 / (nearness + steps * inverse)) as f32;
+                let index = row as usize * self.width as usize + column as usize;
+                if let (Some(old), Some(triangle)) = (self.metres.get_mut(index), self.triangles.get_mut(index))
+                    && (*old == 0.0 || z < *old)
+                {
+                    (*old, *triangle) = (z, number);
+                }
             }
         }
     }
+}
+
+/// The pixels, of `size`, whose centres lie from `low` to `high`.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // `as` saturates, and the ends are inside the image
+fn pixels(low: f64, high: f64, size: u32) -> std::ops::Range<u32> {
+    let (low, high) = (low.max(0.0), high.min(f64::from(size) - 1.0));
+    if low > high {
+        return 0..0;
+    }
+    // No call of ceil and floor: a mesh has more triangles than a picture pixels.
+    let first = low as u32;
+    let first = if f64::from(first) < low { first + 1 } else { first };
+    first..high as u32 + 1
 }
 
 fn cross(a: DVec2, b: DVec2) -> f64 {

@@ -1,0 +1,91 @@
+//! Render and compare: poses near a candidate, until none is better.
+
+use crate::candidate::Candidate;
+use crate::likelihood::Likelihood;
+use argmin::core::{CostFunction, Executor, IterState};
+use argmin::solver::neldermead::NelderMead;
+use glam::{DMat3, DVec3};
+use gonio_pose::Pose;
+
+/// First steps: across the view as a part of the diameter, along it as a part of the distance, turns in radians.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Steps {
+    pub across: f64,
+    pub along: f64,
+    pub turn: f64,
+}
+
+impl Steps {
+    /// Half of what lies between neighbouring templates.
+    pub const COARSE: Self = Self { across: 0.05, along: 0.06, turn: 0.14 };
+    /// What a round from there leaves open.
+    pub const MIDDLE: Self = Self { across: 0.025, along: 0.03, turn: 0.09 };
+    /// What a picture of some fifty pixels leaves open.
+    pub const FINE: Self = Self { across: 0.012, along: 0.015, turn: 0.05 };
+}
+
+struct Cost<'a> {
+    likelihood: &'a Likelihood<'a>,
+    from: Pose,
+    centre: DVec3,
+    diameter: f64,
+    steps: Steps,
+}
+
+impl Cost<'_> {
+    /// The pose at coordinates in units of the steps.
+    fn pose(&self, u: &[f64]) -> Pose {
+        let at = |i: usize| u.get(i).copied().unwrap_or(0.0);
+        let turn = DVec3::new(at(3), at(4), at(5)) * self.steps.turn;
+        let rotation = turn.try_normalize().map_or(DMat3::IDENTITY, |axis| DMat3::from_axis_angle(axis, turn.length()));
+        let centre = self.from.apply(self.centre);
+        // Along the ray, so that its place in the image stays.
+        let moved = (centre + DVec3::new(at(0), at(1), 0.0) * self.steps.across * self.diameter)
+            * libm::exp(self.steps.along * at(2));
+        let rotation = rotation * self.from.rotation;
+        Pose { rotation, translation: moved - rotation * self.centre }
+    }
+}
+
+impl CostFunction for Cost<'_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, u: &Vec<f64>) -> Result<f64, argmin::core::Error> {
+        let cost = -self.likelihood.of(&self.pose(u));
+        // Out of sight is worse than anything seen; a simplex cannot compare infinities.
+        Ok(if cost.is_finite() { cost } else { f64::MAX / 1e10 })
+    }
+}
+
+/// The best pose that Nelder and Mead's simplex finds in `iterations` from `start`, and its likelihood. `centre` is the part's, in
+/// model coordinates.
+pub(crate) fn refine(
+    likelihood: &Likelihood<'_>,
+    start: &Pose,
+    centre: DVec3,
+    diameter: f64,
+    steps: Steps,
+    iterations: u64,
+) -> Candidate {
+    let cost = Cost { likelihood, from: *start, centre, diameter, steps };
+    let mut simplex = vec![vec![0.0; 6]];
+    for i in 0..6 {
+        let mut vertex = vec![0.0; 6];
+        vertex[i] = 1.0;
+        simplex.push(vertex);
+    }
+    let unmoved = Candidate { pose: *start, score: likelihood.of(start) };
+    let pose_of = Cost { ..cost };
+    let run = NelderMead::new(simplex).with_sd_tolerance(1e-6).and_then(|solver| {
+        Executor::new(cost, solver)
+            .configure(|state: IterState<Vec<f64>, (), (), (), (), f64>| state.max_iters(iterations))
+            .ctrlc(false)
+            .run()
+    });
+    let best = run.ok().and_then(|run| run.state.best_param.map(|u| (u, run.state.best_cost)));
+    match best {
+        Some((u, cost)) if -cost > unmoved.score => Candidate { pose: pose_of.pose(&u), score: -cost },
+        _ => unmoved,
+    }
+}

@@ -81,9 +81,15 @@ pub enum Command {
     /// Make a capture of meshes and photos, with every guess marked
     #[command(after_help = EXIT_CODES)]
     New(crate::commands::new::NewArguments),
+    /// Estimate the poses of a BOP dataset's objects in its images, with the estimator that is built in or any program
+    #[command(after_help = EXIT_CODES)]
+    Estimate(crate::commands::estimate::EstimateArguments),
     /// Hold estimated poses against a BOP dataset: VSD, MSSD, MSPD, ADD(-S), recalls, average precision
     #[command(after_help = EXIT_CODES)]
     Evaluate(crate::commands::evaluate::EvaluateArguments),
+    /// Tell whether synthetic images predict an estimator's recall on real ones, and which effects that hangs on
+    #[command(after_help = EXIT_CODES)]
+    Predict(crate::commands::predict::PredictArguments),
     /// Calibrate a camera from photos of a ChArUco board
     #[command(after_help = EXIT_CODES)]
     Calibrate(crate::commands::calibrate::CalibrateArguments),
@@ -205,6 +211,10 @@ pub struct SweepArguments {
     /// Folder, or s3://BUCKET/PREFIX, to write frames and tables to; frames that are there already are not rendered again
     #[arg(long, value_name = "DIR|URL")]
     pub out: String,
+    /// What to write besides the frames: nothing, or a dataset in the layout of the BOP benchmark (needs [[model]] and the output
+    /// "rgb" in the sweep's file)
+    #[arg(long, value_enum, default_value = "frames")]
+    pub format: Format,
     /// Say how many frames there are, how large, and for about how long they render; write nothing
     #[arg(long)]
     pub dry_run: bool,
@@ -214,6 +224,15 @@ pub struct SweepArguments {
     /// Where to render.
     #[command(flatten)]
     pub farm: FarmArguments,
+}
+
+/// What a sweep writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// Frames, tables, a contact sheet
+    Frames,
+    /// Besides, models, depth, masks and poses as BOP has them
+    Bop,
 }
 
 /// `gonio check`.

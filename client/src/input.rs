@@ -22,9 +22,21 @@ impl Input {
     /// # Errors
     /// No such capture, or a `capture.toml` that is not the format.
     pub fn open(path: &Path) -> Result<Self, Failure> {
+        Self::open_by(path, |files| Capture::read(files))
+    }
+
+    /// Reads the capture at `path`, which may be a scene alone, without anything measured.
+    ///
+    /// # Errors
+    /// As [`Input::open`], but for what is missing.
+    pub fn open_scene(path: &Path) -> Result<Self, Failure> {
+        Self::open_by(path, |files| Capture::read_scene(files))
+    }
+
+    fn open_by(path: &Path, read: impl Fn(&DirectoryFiles) -> gonio_scene::Result<Capture>) -> Result<Self, Failure> {
         let root = folder(path)?;
         let files = DirectoryFiles::new(&root);
-        let capture = Capture::read(&files)?;
+        let capture = read(&files)?;
         Ok(Self { root, files, capture })
     }
 }

@@ -6,18 +6,19 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Every crate of the workspace with the crates of ours that it may depend on (tests and benchmarks included).
-const MAY_DEPEND_ON: [(&str, &[&str]); 15] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 16] = [
     ("gonio-scene", &[]),
     ("gonio-proto", &["gonio-scene"]),
     ("gonio-store", &["gonio-proto"]),
     ("gonio-tracer", &["gonio-scene"]),
     ("gonio-fit", &["gonio-scene"]),
     ("gonio-diagnose", &["gonio-scene", "gonio-fit"]),
-    ("gonio-sweep", &["gonio-scene"]),
+    ("gonio-sweep", &["gonio-scene", "gonio-pose"]),
     ("gonio-prepare", &["gonio-scene"]),
     ("gonio-study", &[]),
     ("gonio-calibrate", &["gonio-scene"]),
     ("gonio-pose", &["gonio-scene"]),
+    ("gonio-estimate", &["gonio-scene", "gonio-pose"]),
     ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-tracer"]),
     ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store"]),
     (
@@ -33,6 +34,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 15] = [
             "gonio-study",
             "gonio-calibrate",
             "gonio-pose",
+            "gonio-estimate",
             "gonio-coordinator",
             "gonio-worker",
         ],
@@ -54,7 +56,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 15] = [
 ];
 
 /// Libraries that must not reach a crate, even through others: transport stays out of the domain, the tracer and the fit.
-const NEVER: [(&str, &[&str]); 9] = [
+const NEVER: [(&str, &[&str]); 10] = [
     ("gonio-scene", &["tokio", "tonic", "prost"]),
     ("gonio-tracer", &["tokio", "tonic", "prost"]),
     ("gonio-fit", &["tokio", "tonic", "prost"]),
@@ -64,6 +66,7 @@ const NEVER: [(&str, &[&str]); 9] = [
     ("gonio-study", &["tokio", "tonic", "prost"]),
     ("gonio-calibrate", &["tokio", "tonic", "prost"]),
     ("gonio-pose", &["tokio", "tonic", "prost"]),
+    ("gonio-estimate", &["tokio", "tonic", "prost"]),
 ];
 
 fn metadata() -> serde_json::Value {

@@ -22,7 +22,12 @@ impl Candidate {
 }
 
 /// The best of `candidates`, at most `most`, no two of which are near each other.
-pub(crate) fn distinct(mut candidates: Vec<Candidate>, most: usize, centre: glam::DVec3, diameter: f64) -> Vec<Candidate> {
+pub(crate) fn distinct(
+    mut candidates: Vec<Candidate>,
+    most: usize,
+    centre: glam::DVec3,
+    diameter: f64,
+) -> Vec<Candidate> {
     candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut kept: Vec<Candidate> = Vec::new();
     for candidate in candidates {

@@ -55,8 +55,7 @@ impl Solid {
     fn new(points: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Self {
         let corner = |index: u32| points.get(index as usize).copied().unwrap_or(DVec3::NAN);
         // Smooth where the surface is smooth: the mean of what the corners' triangles say, unless there is an edge.
-        let flat: Vec<DVec3> =
-            triangles.iter().map(|t| t.map(corner)).map(|[a, b, c]| (b - a).cross(c - a)).collect();
+        let flat: Vec<DVec3> = triangles.iter().map(|t| t.map(corner)).map(|[a, b, c]| (b - a).cross(c - a)).collect();
         let mut at = vec![DVec3::ZERO; points.len()];
         for (triangle, normal) in triangles.iter().zip(&flat) {
             for index in triangle {

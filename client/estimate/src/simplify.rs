@@ -12,7 +12,8 @@ pub(crate) fn cluster(points: &[DVec3], triangles: &[[u32; 3]], side: f64) -> So
     let mut sums: Vec<(DVec3, f64)> = Vec::new();
     let mut cell_of = Vec::with_capacity(points.len());
     for &point in points {
-        #[allow(clippy::cast_possible_truncation)] // a part has no more cells than its extent over a part of its diameter
+        #[allow(clippy::cast_possible_truncation)]
+        // a part has no more cells than its extent over a part of its diameter
         let key = (point / side).floor().to_array().map(|x| x as i64);
         let next = u32::try_from(sums.len()).unwrap_or(u32::MAX);
         let cell = *cells.entry(key).or_insert(next);

@@ -62,8 +62,9 @@ impl Template {
                 // Only where it is largest across the edge: round surfaces have a gradient everywhere.
                 let [x, y] = vector.map(|v| f64::from(v) / size);
                 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
-                let beside =
-                    |sign: f64| at((column as f64 + sign * x).round() as usize, (row as f64 + sign * y).round() as usize);
+                let beside = |sign: f64| {
+                    at((column as f64 + sign * x).round() as usize, (row as f64 + sign * y).round() as usize)
+                };
                 if length(beside(1.0)) > size || length(beside(-1.0)) > size {
                     continue;
                 }

@@ -97,7 +97,8 @@ fn join(groups: &mut Vec<Vec<usize>>, mut members: Vec<usize>) {
 /// What would separate the members of a group.
 fn remedy(names: &[&str]) -> &'static str {
     let any = |part: &str| names.iter().any(|n| n.contains(part));
-    let shines = |n: &&str| n.starts_with("light.") && !n.contains(".position") && !n.contains(".direction");
+    let placed = [".position", ".direction", ".azimuth"];
+    let shines = |n: &&str| n.starts_with("light.") && !placed.iter().any(|key| n.contains(key));
     let light = names.iter().any(shines);
     if (light || any("gain") || any("exposure")) && any("base_color") {
         "put a part of known reflectance in view, or fix the light"

@@ -8,6 +8,7 @@ pub mod bop;
 pub mod errors;
 pub mod evaluate;
 mod pose;
+pub mod predict;
 pub mod render;
 
 pub use pose::{Intrinsics, Pose};

@@ -40,7 +40,8 @@ pub fn visible(points: &[DVec3], triangles: &[[u32; 3]], camera: &Intrinsics, wi
     let count = width as usize * height as usize;
     let mut seen = Visible { width, height, metres: vec![0.0; count], triangles: vec![NOTHING; count] };
     // Column, row and 1 / z, which is linear over the image; z above 0 marks what may be seen.
-    let project = |point: &DVec3| if point.z > NEAR { camera.project(*point).extend(1.0 / point.z) } else { DVec3::NAN };
+    let project =
+        |point: &DVec3| if point.z > NEAR { camera.project(*point).extend(1.0 / point.z) } else { DVec3::NAN };
     let projected: Vec<DVec3> = points.iter().map(project).collect();
     for (number, triangle) in triangles.iter().enumerate() {
         let corners = triangle.map(|index| projected.get(index as usize).copied().unwrap_or(DVec3::NAN));

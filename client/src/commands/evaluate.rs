@@ -70,7 +70,8 @@ fn read(path: &Path) -> SceneResult<std::sync::Arc<[u8]>> {
     DirectoryFiles::new("").read(&path.display().to_string())
 }
 
-fn targets(dataset: &Dataset, path: Option<&Path>) -> Result<Vec<Target>, Failure> {
+/// The targets that a command names, or those of the dataset.
+pub(super) fn targets(dataset: &Dataset, path: Option<&Path>) -> Result<Vec<Target>, Failure> {
     let beside = dataset.root.join("test_targets_bop19.json");
     match path {
         Some(path) => Ok(parse_targets(&path.display().to_string(), &read(path)?)?),

@@ -49,7 +49,7 @@ pub fn run(arguments: &NewArguments) -> Result<(), Failure> {
     let lights = match &arguments.environment {
         None => Vec::new(),
         Some(map) => {
-            let kind = LightKind::Map { map: place.relative(map)?, scale: 1.0 };
+            let kind = LightKind::Map { map: place.relative(map)?, scale: 1.0, azimuth: 0.0 };
             vec![Light { name: "sky".to_owned(), frame: Frame::World, kind, lobe: Lobe::default() }]
         }
     };

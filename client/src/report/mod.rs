@@ -10,12 +10,14 @@ mod html;
 mod matrix;
 mod panel;
 mod picture;
+mod prediction;
 mod reflectance;
 mod summary;
 mod tables;
 
 pub use diagnosis::DiagnosisReport;
 pub use panel::Panel;
+pub use prediction::{PairPicture, PredictionReport};
 pub use reflectance::ReflectancePanel;
 
 use base64::Engine;

@@ -25,6 +25,12 @@ impl std::fmt::Debug for FrameDigest {
 }
 
 impl FrameDigest {
+    /// Eight bytes of it, for random numbers of its own.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        u64::from_le_bytes(std::array::from_fn(|i| self.0[i]))
+    }
+
     /// The path of one of the frame's files below the sweep's folder.
     #[must_use]
     pub fn path(&self, ending: &str) -> String {

@@ -6,7 +6,9 @@
 
 mod design;
 mod digest;
+mod fitted;
 mod keys;
+mod listed;
 mod outputs;
 mod plan;
 mod points;
@@ -18,8 +20,9 @@ mod table;
 mod view;
 
 pub use digest::FrameDigest;
+pub use listed::Listed;
 pub use outputs::Output;
-pub use plan::{Batch, Frame, Plan};
+pub use plan::{Batch, Frame, Label, Plan};
 pub use record::Record;
 pub use sheet::Sheet;
 pub use sheet::thumbnail::Thumbnail;

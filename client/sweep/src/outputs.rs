@@ -10,13 +10,16 @@ pub enum Output {
     Exr,
     /// Photo values for the eye, 8 bits.
     Png,
+    /// What a camera would save: photo values with the sensor's noise, 8 bits.
+    Rgb,
     /// First hits: depth, normal, object, position and angles, 32-bit float.
     Buffers,
 }
 
 impl Output {
     /// All of them, by the words that a sweep uses.
-    pub const ALL: [(&'static str, Self); 3] = [("exr", Self::Exr), ("png", Self::Png), ("buffers", Self::Buffers)];
+    pub const ALL: [(&'static str, Self); 4] =
+        [("exr", Self::Exr), ("png", Self::Png), ("rgb", Self::Rgb), ("buffers", Self::Buffers)];
 
     /// The word that a sweep and its table use.
     #[must_use]
@@ -24,6 +27,7 @@ impl Output {
         match self {
             Self::Exr => "exr",
             Self::Png => "png",
+            Self::Rgb => "rgb",
             Self::Buffers => "buffers",
         }
     }
@@ -34,6 +38,7 @@ impl Output {
         match self {
             Self::Exr => "exr",
             Self::Png => "png",
+            Self::Rgb => "rgb.png",
             Self::Buffers => "buffers.exr",
         }
     }
@@ -43,7 +48,7 @@ impl Output {
     pub fn pixel_bytes(self) -> u64 {
         match self {
             Self::Exr => 12,
-            Self::Png => 3,
+            Self::Png | Self::Rgb => 3,
             Self::Buffers => 4 * gonio_scene::film::FIRST_HIT_CHANNELS.len() as u64,
         }
     }
@@ -54,7 +59,7 @@ impl Output {
         let mut outputs = Vec::new();
         for word in words {
             let Some((_, output)) = Self::ALL.iter().find(|(known, _)| *known == word) else {
-                return Err(keys.refuse("outputs", format!("has \"{word}\""), "list some of: exr, png, buffers"));
+                return Err(keys.refuse("outputs", format!("has \"{word}\""), "list some of: exr, png, rgb, buffers"));
             };
             outputs.push(*output);
         }

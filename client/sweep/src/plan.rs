@@ -1,6 +1,8 @@
 //! The plan: every frame of a sweep, in the order of its table.
 
 use crate::digest::Hasher;
+use crate::fitted::Fitted;
+use crate::listed::Listed;
 use crate::outputs::Output;
 use crate::points::Points;
 use crate::resolution;
@@ -15,6 +17,10 @@ use gonio_scene::{Capture, Result, SceneError};
 pub struct Plan {
     /// The capture with its cameras scaled and the views as further photos, whose files do not exist.
     pub capture: Capture,
+    /// What a BOP dataset of the frames lists.
+    pub models: Vec<Listed>,
+    /// For each photo of the capture, which image of another dataset it repeats.
+    pub labels: Vec<Option<Label>>,
     /// Dotted names of the numbers that vary.
     pub names: Vec<String>,
     /// Values of `names` at every point.
@@ -27,6 +33,15 @@ pub struct Plan {
     pub outputs: Vec<Output>,
     /// Stops by which PNGs are brighter than their photo values.
     pub png_stops: f64,
+}
+
+/// An image of a BOP dataset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Label {
+    /// Number of the scene.
+    pub scene: u32,
+    /// Number of the image.
+    pub image: u32,
 }
 
 /// One render.
@@ -58,13 +73,18 @@ impl Sweep {
         let mut extended = capture.clone();
         extended.reflectance.clear();
         extended.fit = gonio_scene::capture::Freed::default();
-        let views: u64 = self.views.iter().map(crate::view::View::count).sum();
-        if views + extended.photos.len() as u64 > MOST_PHOTOS {
-            let problem = format!("has {views} views besides {} photos", extended.photos.len());
+        if let Some(fit) = &self.fit {
+            extended.set_numbers(&Fitted::read(fit, &extended, files)?.numbers())?;
+        }
+        let views = self.views.iter().map(|view| view.resolved(&extended, files)).collect::<Result<Vec<_>>>()?;
+        let mut labels: Vec<Option<Label>> = vec![None; extended.photos.len()];
+        let count: u64 = views.iter().map(crate::view::View::count).sum();
+        if count + extended.photos.len() as u64 > MOST_PHOTOS {
+            let problem = format!("has {count} views besides {} photos", extended.photos.len());
             return Err(refuse("view", problem, &format!("keep to {MOST_PHOTOS} in all")));
         }
         let own = extended.photos.len();
-        self.views.iter().for_each(|view| view.extend(&mut extended));
+        views.iter().for_each(|view| view.extend(&mut extended, &mut labels));
         resolution::scale(&mut extended, self.resolution, &self.file)?;
         // What the views add is held against the whole, by the capture's own rules.
         let text = extended.to_toml().map_err(|e| self.reworded(e, "view"))?;
@@ -93,7 +113,10 @@ impl Sweep {
             }
             Combine::Pairs => photos.iter().enumerate().map(|(i, photo)| frame(i, *photo)).collect(),
         };
+        let models = self.models.iter().map(|model| model.resolved(&extended, &self.file)).collect::<Result<_>>()?;
         Ok(Plan {
+            models,
+            labels,
             capture: extended,
             names: points.names,
             points: points.rows,

@@ -2,6 +2,7 @@
 
 use crate::design::Design;
 use crate::keys::Keys;
+use crate::listed::Listed;
 use crate::outputs::Output;
 use crate::view::View;
 use gonio_scene::capture::Range;
@@ -31,6 +32,9 @@ pub struct Sweep {
     pub photos: Option<Vec<String>>,
     /// How points and views meet.
     pub combine: Combine,
+    /// A fit whose estimates the capture takes over.
+    pub fit: Option<String>,
+    pub(crate) models: Vec<Listed>,
     pub(crate) designs: Vec<Design>,
     pub(crate) views: Vec<View>,
 }
@@ -80,6 +84,7 @@ impl Sweep {
         let photos = keys.texts("photos")?.map(|names| names.into_iter().map(str::to_owned).collect());
         let designs = keys.tables("design")?.into_iter().map(Design::read).collect::<Result<_>>()?;
         let views = keys.tables("view")?.into_iter().map(View::read).collect::<Result<_>>()?;
+        let models = keys.tables("model")?.into_iter().map(Listed::read).collect::<Result<_>>()?;
         let sweep = Self {
             file: file.to_owned(),
             capture,
@@ -91,6 +96,8 @@ impl Sweep {
             resolution: keys.number("resolution", Range { min: 1e-6, max: 1e6 })?.unwrap_or(1.0),
             photos,
             combine: combine.unwrap_or(Combine::Product),
+            fit: keys.text("fit")?.map(str::to_owned),
+            models,
             designs,
             views,
         };

@@ -301,7 +301,7 @@ impl Scale {
             (_, "focus_distance") => 0.02 * parameter.value.abs(),
             // A shadow moves less than the light that casts it.
             ("position", _) => 3.0 * shift,
-            ("direction", _) => 2e-2,
+            ("direction", _) | (_, "azimuth") => 2e-2,
             ("distortion", _) => {
                 let power = match last {
                     "k1" => 3,

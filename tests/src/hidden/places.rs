@@ -37,7 +37,7 @@ pub fn apply(effect: &str, strength: f64, world: &mut World, random: &mut Random
         "ambient-light" => {
             let pixels = vec![[0.030, 0.034, 0.042].map(|x: f64| (x * s) as f32); 32];
             world.assets.maps.insert("sky.exr".to_owned(), Arc::new(Image { width: 8, height: 4, pixels }));
-            add_light(world, "sky", LightKind::Map { map: "sky.exr".to_owned(), scale: 1.0 });
+            add_light(world, "sky", LightKind::Map { map: "sky.exr".to_owned(), scale: 1.0, azimuth: 0.0 });
         }
         "second-light" => {
             let intensity = [0.16, 0.15, 0.12].map(|x| x * s);

@@ -9,6 +9,7 @@ mod results;
 mod scene;
 mod targets;
 mod unit;
+mod write;
 
 pub use dataset::Dataset;
 pub use depth::{Depth, encode_depth};
@@ -17,3 +18,4 @@ pub use results::{Estimate, HEADER, parse_results, write_results};
 pub use scene::{Frame, Scene, Truth};
 pub use targets::{Target, parse_targets};
 pub(crate) use unit::millimetres;
+pub use write::{Instance, ModelInfo, SceneImage, Visibility, diameter, models_info, ply, scene_files};

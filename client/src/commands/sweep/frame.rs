@@ -1,11 +1,13 @@
 //! From a frame's films to its files.
 
 use crate::failure::Failure;
-use gonio_scene::capture::Response;
+use gonio_scene::capture::{Response, Sensor};
 use gonio_scene::film::FIRST_HIT_CHANNELS;
 use gonio_scene::image::{encode_exr_channels, encode_png8};
 use gonio_scene::{Capture, Film, SensorStage};
 use gonio_sweep::{FrameDigest, Output, Plan, Record};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
 /// A frame, ready to be written.
 pub(super) struct Written {
@@ -36,6 +38,10 @@ pub(super) fn encode(
         let bytes = match output {
             Output::Exr => exr(&name, &photo, &["R", "G", "B"])?,
             Output::Png => encode_png8(&name, photo.width, photo.height, &pixels(&photo, response, plan.png_stops))?,
+            Output::Rgb => {
+                let noisy = noisy(&photo, &capture.sensor, digest);
+                encode_png8(&name, photo.width, photo.height, &pixels(&noisy, response, 0.0))?
+            }
             Output::Buffers => match hits {
                 Some(hits) => exr(&name, hits, &FIRST_HIT_CHANNELS)?,
                 None => return Err(Failure::Failed("the farm sent no first hits".to_owned())),
@@ -45,6 +51,19 @@ pub(super) fn encode(
     }
     let (invalid, seconds) = measured;
     Ok(Written { files, record: Record::of(name, &photo, response, invalid, seconds) })
+}
+
+/// Photo values as the sensor would have measured them, by random numbers that follow from the frame's digest.
+fn noisy(film: &Film, sensor: &Sensor, digest: FrameDigest) -> Film {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(digest.seed());
+    let mut noisy = film.clone();
+    for value in noisy.channels.iter_mut().flatten() {
+        // Box and Muller's method, of which one of the two numbers is used.
+        let [radius, turn] = [0, 1].map(|_| ((random.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64);
+        let normal = (-2.0 * libm::log(radius)).sqrt() * libm::cos(std::f64::consts::TAU * turn);
+        *value += (sensor.variance(f64::from(*value)).sqrt() * normal) as f32;
+    }
+    noisy
 }
 
 fn exr(name: &str, film: &Film, channels: &[&str]) -> Result<Vec<u8>, Failure> {

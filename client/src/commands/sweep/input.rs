@@ -38,7 +38,7 @@ impl Planned {
         let bytes = beside.read(name).map_err(|error| SceneError { file: shown.clone(), ..error })?;
         let text = std::str::from_utf8(&bytes).map_err(|_| no_file("is not UTF-8 text"))?;
         let sweep = Sweep::parse(&shown, text, gonio_proto::limits::SAMPLES)?;
-        let input = Input::open(&folder.join(&sweep.capture))?;
+        let input = Input::open_scene(&folder.join(&sweep.capture))?;
         let plan = sweep.plan(&input.capture, &beside)?;
         let files = Rendered::new(&input, &plan)?;
         let packed = pack(&files)?;

@@ -3,6 +3,7 @@
 //! A frame is called by the digest of what it is made from, and its files lie below that name: whoever runs a sweep again
 //! finds what is there, in whatever order and by however many runs it came.
 
+mod bop;
 mod estimate;
 mod frame;
 mod input;
@@ -11,7 +12,7 @@ mod runner;
 mod summary;
 
 use super::farm;
-use crate::arguments::SweepArguments;
+use crate::arguments::{Format, SweepArguments};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::output::Output as Folder;
@@ -56,6 +57,17 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
         let names = [TABLE[0], TABLE[1], TIMINGS, SHEET[0], SHEET[1], CAPTURE_FILE].map(str::to_owned);
         Folder::create(&folder, &names, &planned.input.root, &planned.input.capture)?;
     }
+    let dataset = match (arguments.format, place.folder()) {
+        (Format::Frames, _) => None,
+        (Format::Bop, Some(folder)) => Some((arguments.sweep.display().to_string(), folder)),
+        (Format::Bop, None) => {
+            return Err(Failure::Input("--format bop: writes a folder; name one by --out".to_owned()));
+        }
+    };
+    let dataset = match &dataset {
+        Some((sweep, folder)) => Some(bop::Dataset::new(&planned, sweep, folder)?),
+        None => None,
+    };
     let first_of = first_of(digests);
     let mut console = Console::new(arguments.farm.json);
     let mut finished = place.listed(&first_of.keys().copied().collect::<Vec<_>>(), &plan.outputs)?;
@@ -139,6 +151,9 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     }
     if !arguments.dry_run {
         write(&planned, &place, &sheet, &records)?;
+        if let Some(dataset) = &dataset {
+            dataset.write(&mut console, &interrupt)?;
+        }
         swept.seconds = Some(begin.elapsed().as_secs_f64());
     }
     swept.tell(arguments.farm.json, left)

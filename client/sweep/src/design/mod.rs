@@ -6,6 +6,7 @@ mod list;
 
 pub(crate) use axis::Axis;
 
+use crate::fitted::Fitted;
 use crate::keys::Keys;
 use crate::points::Points;
 use crate::{MOST_FRAMES, design_unit};
@@ -33,15 +34,17 @@ enum Kind {
     Sobol { axes: Vec<Axis>, count: u64, seed: u64 },
     /// The rows of a CSV file.
     List(String),
+    /// Draws from the uncertainty of a fit.
+    Posterior { fit: String, count: u64, seed: u64 },
 }
 
 impl Design {
     /// Reads one `[[design]]`.
     pub fn read(mut keys: Keys<'_>) -> Result<Self> {
         let place = keys.path().to_owned();
-        let kinds = [("grid", 0), ("latin-hypercube", 1), ("sobol", 2), ("csv", 3)];
+        let kinds = [("grid", 0), ("latin-hypercube", 1), ("sobol", 2), ("csv", 3), ("posterior", 4)];
         let kind = keys.word("kind", &kinds)?;
-        let what = "one of: \"grid\", \"latin-hypercube\", \"sobol\", \"csv\"";
+        let what = "one of: \"grid\", \"latin-hypercube\", \"sobol\", \"csv\", \"posterior\"";
         let kind = match keys.needed("kind", kind, what)? {
             0 => Kind::Grid(axes(&mut keys, true)?),
             1 => {
@@ -58,9 +61,15 @@ impl Design {
                 }
                 Kind::Sobol { axes, count, seed }
             }
-            _ => {
+            3 => {
                 let file = keys.text("file")?;
                 Kind::List(keys.needed("file", file, "the path of a CSV file, relative to this one")?.to_owned())
+            }
+            _ => {
+                let (count, seed) = count_and_seed(&mut keys, MOST_SOBOL, u64::from(u32::MAX))?;
+                let fit = keys.text("fit")?;
+                let fit = keys.needed("fit", fit, "the path of a fit.json, relative to this file")?.to_owned();
+                Kind::Posterior { fit, count, seed }
             }
         };
         keys.finish()?;
@@ -87,6 +96,7 @@ impl Design {
                 of_unit(&resolved(axes)?, *count, |i, axis| design_unit(i, axis as u32, *seed as u32))
             }
             Kind::List(path) => list::read(path, capture, files)?,
+            Kind::Posterior { fit, count, seed } => Fitted::read(fit, capture, files)?.draws(*count, *seed as u32)?,
         };
         points.named_once(file, &self.place)
     }

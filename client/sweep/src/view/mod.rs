@@ -1,10 +1,15 @@
 //! Virtual cameras: views of a capture that nobody photographed.
 
+mod dataset;
 mod pose;
 
 use crate::keys::Keys;
+use crate::plan::Label;
 use crate::{MOST_PHOTOS, design_unit};
+use dataset::{Repeated, Source};
+pub(crate) use dataset::{intrinsics, model_to_camera};
 use gonio_scene::capture::{CameraOverride, Photo, Range, read_section};
+use gonio_scene::files::Files;
 use gonio_scene::{Capture, Result};
 use pose::{Pose, rotation};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -27,6 +32,9 @@ pub(crate) struct View {
 enum Kind {
     Hemisphere(Hemisphere),
     Pose([[f64; 4]; 4]),
+    Dataset(Source),
+    /// What a dataset has, once it is read.
+    Repeated(Vec<Repeated>),
 }
 
 /// Cameras around a point, spread evenly over solid angle by an Owen-scrambled Sobol sequence: a larger `count` keeps the
@@ -55,8 +63,8 @@ impl View {
         if !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
             return Err(keys.refuse("name", format!("is \"{name}\""), "use letters, digits, - and _ only"));
         }
-        let kind = keys.word("kind", &[("hemisphere", 0), ("look-at", 1), ("pose", 2)])?;
-        let kind = match keys.needed("kind", kind, "one of: \"hemisphere\", \"look-at\", \"pose\"")? {
+        let kind = keys.word("kind", &[("hemisphere", 0), ("look-at", 1), ("pose", 2), ("bop", 3)])?;
+        let kind = match keys.needed("kind", kind, "one of: \"hemisphere\", \"look-at\", \"pose\", \"bop\"")? {
             0 => Kind::Hemisphere(Hemisphere::read(&mut keys)?),
             1 => {
                 let (position, target) = (point(&mut keys, "position")?, point(&mut keys, "target")?);
@@ -67,7 +75,8 @@ impl View {
                 let mend = "move the camera away from what it looks at";
                 Kind::Pose(pose.ok_or_else(|| keys.refuse("position", "is the target", mend))?.camera_to_world())
             }
-            _ => Kind::Pose(matrix(&mut keys)?),
+            2 => Kind::Pose(matrix(&mut keys)?),
+            _ => Kind::Dataset(Source::read(&mut keys)?),
         };
         let exposure = keys.number("exposure", Range::POSITIVE)?.unwrap_or(1.0);
         let lights = keys.texts("lights")?.map(|words| words.into_iter().map(str::to_owned).collect());
@@ -85,12 +94,25 @@ impl View {
     pub fn count(&self) -> u64 {
         match &self.kind {
             Kind::Hemisphere(dome) => dome.count,
-            Kind::Pose(_) => 1,
+            Kind::Pose(_) | Kind::Dataset(_) => 1,
+            Kind::Repeated(images) => images.len() as u64,
         }
     }
 
-    /// Appends its photos to those of `capture`; their files do not exist.
-    pub fn extend(&self, capture: &mut Capture) {
+    /// The view with what it takes from other files, which `files` reads.
+    ///
+    /// # Errors
+    /// A dataset that cannot be read or has no such object.
+    pub fn resolved(&self, capture: &Capture, files: &dyn Files) -> Result<Self> {
+        let kind = match &self.kind {
+            Kind::Dataset(source) => Kind::Repeated(source.images(capture, files)?),
+            other => other.clone(),
+        };
+        Ok(Self { kind, ..self.clone() })
+    }
+
+    /// Appends its photos to those of `capture`, and what they repeat to `labels`; their files do not exist.
+    pub fn extend(&self, capture: &mut Capture, labels: &mut Vec<Option<Label>>) {
         let photo = |name: String, camera_to_world| Photo {
             file: format!("{name}.exr"),
             exposure: self.exposure,
@@ -101,12 +123,24 @@ impl View {
         };
         match &self.kind {
             Kind::Pose(matrix) => capture.photos.push(photo(self.name.clone(), *matrix)),
+            // What is not resolved stands for nothing yet.
+            Kind::Dataset(_) => {}
+            Kind::Repeated(images) => {
+                for image in images {
+                    let Label { scene, image: number } = image.label;
+                    let mut photo = photo(format!("{}-{scene:06}-{number:06}", self.name), image.camera_to_world);
+                    photo.camera = image.camera(&self.camera);
+                    capture.photos.push(photo);
+                    labels.push(Some(image.label));
+                }
+            }
             Kind::Hemisphere(dome) => {
                 let digits = (dome.count - 1).to_string().len().max(3);
                 let view = |i: u64| photo(format!("{}-{i:0digits$}", self.name), dome.pose(i).camera_to_world());
                 capture.photos.extend((0..dome.count).map(view));
             }
         }
+        labels.resize(capture.photos.len(), None);
     }
 }
 

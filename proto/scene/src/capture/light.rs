@@ -89,6 +89,8 @@ pub enum LightKind {
         map: String,
         /// Factor on the map's values.
         scale: f64,
+        /// Radians by which the map is turned about the z axis of its frame, from x towards y.
+        azimuth: f64,
     },
     /// The same radiance from every direction.
     Constant {
@@ -115,7 +117,7 @@ impl LightKind {
             "point" => Some(Self::Point { position, intensity: one }),
             "sphere" => Some(Self::Sphere { position, radius: 1.0, intensity: one }),
             "directional" => Some(Self::Directional { direction: [0.0, 0.0, -1.0], irradiance: one }),
-            "environment" => Some(Self::Map { map: String::new(), scale: 1.0 }),
+            "environment" => Some(Self::Map { map: String::new(), scale: 1.0, azimuth: 0.0 }),
             _ => None,
         }
     }
@@ -195,9 +197,11 @@ impl Light {
         v.optional_numbers("radiance", &mut radiance, &super::visit::RGB, Range::NON_NEGATIVE)?;
         match (map, radiance.as_deref()) {
             (Some(map), None) => {
-                let mut scale = if let LightKind::Map { scale, .. } = self.kind { scale } else { 1.0 };
+                let (mut scale, mut azimuth) =
+                    if let LightKind::Map { scale, azimuth, .. } = self.kind { (scale, azimuth) } else { (1.0, 0.0) };
                 v.number("scale", &mut scale, Range::NON_NEGATIVE, Some(1.0))?;
-                self.kind = LightKind::Map { map, scale };
+                v.number("azimuth", &mut azimuth, Range::ANY, Some(0.0))?;
+                self.kind = LightKind::Map { map, scale, azimuth };
                 Ok(())
             }
             (None, Some(&[r, g, b])) => {

@@ -76,10 +76,18 @@ impl Capture {
     /// Anything that is not the format of `FORMAT.md`: unknown keys, wrong types, values out of range, names that do not
     /// resolve. The files that it names are not opened; see [`crate::assets`].
     pub fn read(files: &dyn Files) -> Result<Self> {
+        Self::read_scene(files)?.measured()
+    }
+
+    /// Reads the `capture.toml` of `files`, which may be a scene alone: without anything measured, for those who add views.
+    ///
+    /// # Errors
+    /// As [`Capture::read`], but for what is missing.
+    pub fn read_scene(files: &dyn Files) -> Result<Self> {
         let bytes = files.read(CAPTURE_FILE)?;
         let text = std::str::from_utf8(&bytes)
             .map_err(|e| SceneError::new(CAPTURE_FILE, format!("is not UTF-8 text ({e})"), "save it as UTF-8"))?;
-        Self::parse(text)
+        Self::parse_scene(text)
     }
 
     /// Reads the text of a `capture.toml`.
@@ -87,6 +95,10 @@ impl Capture {
     /// # Errors
     /// As [`Capture::read`].
     pub fn parse(text: &str) -> Result<Self> {
+        Self::parse_scene(text)?.measured()
+    }
+
+    fn parse_scene(text: &str) -> Result<Self> {
         let file = CAPTURE_FILE;
         let top: Table = text.parse().map_err(|e: toml::de::Error| {
             SceneError::new(
@@ -222,6 +234,15 @@ impl Capture {
         photo.camera.over(&self.camera)
     }
 
+    /// This capture, if it holds something that was measured.
+    fn measured(self) -> Result<Self> {
+        if self.targets().next().is_none() {
+            let mend = "add at least one photo, or measured [[reflectance]]";
+            return Err(SceneError::new(CAPTURE_FILE, "is missing: there is no [[photo]]", mend).at("photo"));
+        }
+        Ok(self)
+    }
+
     /// What no single section can know: names are unique and resolve.
     fn check(&self) -> Result<()> {
         let refuse =
@@ -232,13 +253,6 @@ impl Capture {
         unique("photo", self.photos.iter().map(Photo::name))?;
         // Reports and output files know both by name alone.
         unique("reflectance", self.targets().map(Target::name))?;
-        if self.targets().next().is_none() {
-            return refuse(
-                "photo".into(),
-                "is missing: there is no [[photo]]".into(),
-                "add at least one photo, or measured [[reflectance]]",
-            );
-        }
         for r in &self.reflectance {
             if !self.materials.iter().any(|m| m.name == r.material) {
                 return refuse(

@@ -90,6 +90,15 @@ pub struct PhotoLights {
     environments: Vec<usize>,
 }
 
+/// From the frame in which a map is turned by `azimuth` to the map's own. Not turned, it keeps its bits.
+fn turn(azimuth: f64) -> DMat3 {
+    if azimuth == 0.0 {
+        return DMat3::IDENTITY;
+    }
+    let (sine, cosine) = libm::sincos(azimuth);
+    DMat3::from_cols(DVec3::new(cosine, -sine, 0.0), DVec3::new(sine, cosine, 0.0), DVec3::Z)
+}
+
 impl PhotoLight {
     fn new(
         light: &Light,
@@ -118,10 +127,10 @@ impl PhotoLight {
                 irradiance: rgb(irradiance),
             },
             LightKind::Constant { radiance } => Source::Constant { radiance: rgb(radiance) },
-            LightKind::Map { map, scale } => Source::Map {
+            LightKind::Map { map, scale, azimuth } => Source::Map {
                 map: maps.get(map)?.clone(),
                 scale: *scale as f32,
-                to_map: rotation.transpose().as_mat3(),
+                to_map: (turn(*azimuth) * rotation.transpose()).as_mat3(),
             },
         };
         let lobe = LampLobe::new(&light.lobe, rotation);
@@ -335,5 +344,31 @@ impl PhotoLights {
             Source::Directional { towards, .. } => Some(*towards),
             Source::Constant { .. } | Source::Map { .. } => None,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gonio_scene::image::Image;
+
+    #[test]
+    fn a_map_that_is_turned_from_x_towards_y_shows_along_y_what_was_along_x() {
+        // As in the map's own test: 1 along +x.
+        let mut pixels = vec![[0.0f32; 3]; 8 * 5];
+        pixels[2 * 8 + 3..2 * 8 + 5].fill([1.0; 3]);
+        let map = Arc::new(EnvironmentMap::new(&Image { width: 8, height: 5, pixels }));
+        let maps = BTreeMap::from([("room.exr".to_owned(), map)]);
+        let radiance = |azimuth: f64, direction: Vec3| {
+            let kind = LightKind::Map { map: "room.exr".to_owned(), scale: 2.0, azimuth };
+            let light = Light { name: "room".to_owned(), kind, ..Light::default() };
+            let light = PhotoLight::new(&light, &Photo::default(), &maps, PlaneIndex::default()).unwrap();
+            light.light_from_afar(direction).unwrap().0.value.x
+        };
+        let quarter = std::f64::consts::FRAC_PI_2;
+        assert!((radiance(0.0, Vec3::X) - 2.0).abs() < 1e-5);
+        assert!((radiance(quarter, Vec3::Y) - 2.0).abs() < 1e-5);
+        assert!(radiance(quarter, Vec3::X).abs() < 1e-5);
+        assert!((radiance(-quarter, Vec3::NEG_Y) - 2.0).abs() < 1e-5);
     }
 }

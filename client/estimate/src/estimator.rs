@@ -5,7 +5,7 @@ use crate::candidate::{Candidate, distinct};
 use crate::likelihood::Likelihood;
 use crate::part::{Part, Solid};
 use crate::picture::Picture;
-use crate::refine::{Steps, refine};
+use crate::refine::{Effort, Steps, refine};
 use crate::search::Templates;
 use gonio_pose::bop::Model;
 use gonio_pose::{Intrinsics, Pose};
@@ -16,10 +16,15 @@ use rayon::prelude::*;
 const SIZES: [f64; 2] = [1.0 / 6.0, 0.95];
 
 /// Candidates of the templates, and those that every round of refinement but the last leaves.
-const KEPT: [usize; 4] = [48, 8, 3, 3];
+const KEPT: [usize; 4] = [48, 8, 3, 2];
 
-/// Iterations of the rounds.
-const ITERATIONS: [u64; 4] = [40, 60, 50, 50];
+/// How long each round looks.
+const EFFORTS: [Effort; 4] = [
+    Effort { simplexes: 1, iterations: 40 },
+    Effort { simplexes: 2, iterations: 50 },
+    Effort { simplexes: 3, iterations: 40 },
+    Effort { simplexes: 2, iterations: 40 },
+];
 
 /// Pixels of the diameter in the rounds at most.
 const PIXELS: [f64; 4] = [32.0, 48.0, 64.0, 110.0];
@@ -76,7 +81,7 @@ impl Estimator {
                 let likelihood =
                     Likelihood::around(&self.part, solid, &whole, &background, &candidate.pose, PIXELS[round])?;
                 let (centre, diameter) = (self.part.centre, self.part.diameter);
-                let refined = refine(&likelihood, &candidate.pose, centre, diameter, steps, ITERATIONS[round]);
+                let refined = refine(&likelihood, &candidate.pose, centre, diameter, steps, EFFORTS[round]);
                 refined.score.is_finite().then_some(refined)
             });
             let better: Vec<Candidate> = better.collect();

@@ -47,7 +47,7 @@ impl Cost<'_> {
     }
 }
 
-impl CostFunction for Cost<'_> {
+impl CostFunction for &Cost<'_> {
     type Param = Vec<f64>;
     type Output = f64;
 
@@ -58,34 +58,59 @@ impl CostFunction for Cost<'_> {
     }
 }
 
-/// The best pose that Nelder and Mead's simplex finds in `iterations` from `start`, and its likelihood. `centre` is the part's, in
-/// model coordinates.
+/// A further simplex is worth its time where the last one gained this part of the likelihood.
+const GAIN: f64 = 0.01;
+
+/// How long to look.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Effort {
+    /// Simplexes one after the other, each from where the last ended, at most.
+    pub simplexes: u32,
+    /// Iterations of each.
+    pub iterations: u64,
+}
+
+/// The best pose that Nelder and Mead's simplexes find from `start`, and its likelihood. `centre` is the
+/// part's, in model coordinates.
 pub(crate) fn refine(
     likelihood: &Likelihood<'_>,
     start: &Pose,
     centre: DVec3,
     diameter: f64,
     steps: Steps,
-    iterations: u64,
+    effort: Effort,
 ) -> Candidate {
-    let cost = Cost { likelihood, from: *start, centre, diameter, steps };
-    let mut simplex = vec![vec![0.0; 6]];
+    let mut best = Candidate { pose: *start, score: likelihood.of(start) };
+    let mut edge = 1.0;
+    for _ in 0..effort.simplexes {
+        let cost = Cost { likelihood, from: best.pose, centre, diameter, steps };
+        let before = best.score;
+        if let Some(better) = simplex(&cost, edge, effort.iterations).filter(|better| better.score > before) {
+            best = better;
+        }
+        if best.score.is_nan() || best.score - before < GAIN * before.abs() {
+            break;
+        }
+        // The other side of a narrow valley.
+        edge = -0.7 * edge;
+    }
+    best
+}
+
+/// Where a simplex with edges of so many steps ends.
+fn simplex(cost: &Cost<'_>, edge: f64, iterations: u64) -> Option<Candidate> {
+    let mut vertices = vec![vec![0.0; 6]];
     for i in 0..6 {
         let mut vertex = vec![0.0; 6];
-        vertex[i] = 1.0;
-        simplex.push(vertex);
+        vertex[i] = edge;
+        vertices.push(vertex);
     }
-    let unmoved = Candidate { pose: *start, score: likelihood.of(start) };
-    let pose_of = Cost { ..cost };
-    let run = NelderMead::new(simplex).with_sd_tolerance(1e-6).and_then(|solver| {
-        Executor::new(cost, solver)
-            .configure(|state: IterState<Vec<f64>, (), (), (), (), f64>| state.max_iters(iterations))
-            .ctrlc(false)
-            .run()
-    });
-    let best = run.ok().and_then(|run| run.state.best_param.map(|u| (u, run.state.best_cost)));
-    match best {
-        Some((u, cost)) if -cost > unmoved.score => Candidate { pose: pose_of.pose(&u), score: -cost },
-        _ => unmoved,
-    }
+    let solver = NelderMead::new(vertices).with_sd_tolerance(1e-6).ok()?;
+    let run = Executor::new(cost, solver)
+        .configure(|state: IterState<Vec<f64>, (), (), (), (), f64>| state.max_iters(iterations))
+        .ctrlc(false)
+        .run()
+        .ok()?;
+    let score = -run.state.best_cost;
+    run.state.best_param.map(|u| Candidate { pose: cost.pose(&u), score })
 }

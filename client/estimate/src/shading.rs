@@ -14,7 +14,7 @@ const RIDGE: f64 = 1e-3;
 const ROUNDS: usize = 2;
 
 /// Least spread of values about the polynomial.
-const LEAST: f64 = 0.012;
+const LEAST: f64 = 0.03;
 
 /// A shading that was fitted.
 #[derive(Debug, Clone)]

@@ -151,9 +151,9 @@ impl PredictionReport<'_> {
         let p = self.prediction;
         let mut rows = String::new();
         let mut row =
-            |name: &str, recall: &Interval, change: Option<&Interval>, gap: Option<&Interval>, inside: Option<bool>| {
+            |name: &str, recall: &Interval, change: Option<&Interval>, gap: Option<&Interval>, inside: Option<f64>| {
                 let cell = |i: Option<&Interval>| i.map_or_else(|| "–".to_owned(), interval);
-                let inside = inside.map_or("–", |inside| if inside { "yes" } else { "no" });
+                let inside = inside.map_or_else(|| "–".to_owned(), |share| format!("{:.0} %", 100.0 * share));
                 let _ = writeln!(
                     rows,
                     "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{inside}</td></tr>",
@@ -164,15 +164,15 @@ impl PredictionReport<'_> {
                 );
             };
         row("real", &p.real, None, None, None);
-        row("synthetic", &p.synthetic, None, Some(&p.gap), Some(p.inside));
+        row("synthetic", &p.synthetic, None, Some(&p.gap), Some(p.inside_share));
         for c in &p.contrasts {
-            row(&c.name, &c.recall, Some(&c.change), Some(&c.gap), Some(c.inside));
+            row(&c.name, &c.recall, Some(&c.change), Some(&c.gap), Some(c.inside_share));
         }
         format!(
             "<section>\n<h2>Average recall</h2>\n<p>Mean over thresholds from 0.05 to 0.5 of the diameter; in brackets 95 % \
              intervals of a bootstrap over the {} images that the sets share, paired where two are compared.</p>\n<div class=\"wide\">\n<table>\n\
              <thead><tr><th scope=\"col\">set</th><th scope=\"col\">recall</th><th scope=\"col\">less synthetic</th>\
-             <th scope=\"col\">less real</th><th scope=\"col\">curve in the band</th></tr></thead>\n<tbody>\n{rows}</tbody>\n\
+             <th scope=\"col\">less real</th><th scope=\"col\">of its curve in the band</th></tr></thead>\n<tbody>\n{rows}</tbody>\n\
              </table>\n</div>\n</section>\n",
             p.images
         )

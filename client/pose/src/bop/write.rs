@@ -3,10 +3,9 @@
 use super::unit::millimetres;
 use crate::{Intrinsics, Pose};
 use glam::DVec3;
-use gonio_scene::mesh::Mesh;
+use gonio_scene::mesh::{Mesh, write_ply};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-use std::fmt::Write;
 
 /// What `scene_gt_info.json` says of an object in an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -167,32 +166,15 @@ pub fn diameter(points: &[DVec3]) -> f64 {
     largest
 }
 
-/// A mesh as a binary PLY in millimetres.
+/// A mesh as a PLY in millimetres.
 #[must_use]
 pub fn ply(mesh: &Mesh) -> Vec<u8> {
-    let mut head = "ply\nformat binary_little_endian 1.0\n".to_owned();
-    let _ = writeln!(head, "element vertex {}", mesh.positions.len());
-    for name in ["x", "y", "z"].iter().chain(mesh.normals.iter().flat_map(|_| &["nx", "ny", "nz"])) {
-        let _ = writeln!(head, "property float {name}");
+    let mut scaled = mesh.clone();
+    #[allow(clippy::cast_possible_truncation)] // positions are floats
+    for value in scaled.positions.iter_mut().flatten() {
+        *value = millimetres(f64::from(*value)) as f32;
     }
-    let _ = writeln!(head, "element face {}", mesh.triangles.len());
-    head.push_str("property list uchar int vertex_indices\nend_header\n");
-    let mut bytes = head.into_bytes();
-    for (index, position) in mesh.positions.iter().enumerate() {
-        #[allow(clippy::cast_possible_truncation)] // positions are floats
-        let position = position.map(|x| millimetres(f64::from(x)) as f32);
-        let normal = mesh.normals.as_ref().and_then(|normals| normals.get(index));
-        for value in position.iter().chain(normal.into_iter().flatten()) {
-            bytes.extend(value.to_le_bytes());
-        }
-    }
-    for triangle in &mesh.triangles {
-        bytes.push(3);
-        for index in triangle {
-            bytes.extend(index.to_le_bytes());
-        }
-    }
-    bytes
+    write_ply(&scaled)
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Another synthetic set: without an effect, or with the first guess in place of the fit.
 
-use super::bootstrap::{Bootstrap, quantile};
+use super::bootstrap::Bootstrap;
 use super::series::{self, Row};
-use super::{Interval, LEVEL, Options, Series};
+use super::{Interval, Options, Point, Series};
 use serde::Serialize;
 
 /// How another synthetic set predicts, and what it changes.
@@ -18,8 +18,8 @@ pub struct Contrast {
     pub gap: Interval,
     /// Recall at each threshold.
     pub curve: Vec<f64>,
-    /// Whether its curve lies in the simultaneous band about the real one.
-    pub inside: bool,
+    /// Part of the thresholds at which it lies in the band about the real curve.
+    pub inside_share: f64,
 }
 
 impl Contrast {
@@ -29,6 +29,7 @@ impl Contrast {
         real: &Series,
         synthetic: &Series,
         other: &Series,
+        band: &[Point],
         options: &Options,
     ) -> Option<Self> {
         let rows: Vec<[&Row; 3]> = real
@@ -43,22 +44,16 @@ impl Contrast {
         let [reals, synthetics, others] = [column(0), column(1), column(2)];
         let bootstrap = Bootstrap::new(rows.len(), options.resamples, options.seed);
         let average = |rows: &[&Row], weights: &[u32]| series::average(&series::weighted(rows, weights));
-        let differences = |weights: &[u32]| -> Vec<f64> {
-            let (a, b) = (series::weighted(&others, weights), series::weighted(&reals, weights));
-            a.iter().zip(&b).map(|(a, b)| a - b).collect()
-        };
-        let difference = differences(&vec![1; rows.len()]);
-        let mut largest = bootstrap.map(|weights| {
-            differences(weights).iter().zip(&difference).map(|(s, d)| (s - d).abs()).fold(0.0, f64::max)
-        });
-        let half_width = quantile(&mut largest, LEVEL);
+        let curve = series::curve(&others);
+        let inside = band.iter().zip(&curve).filter(|(point, recall)| point.holds(**recall)).count();
         Some(Self {
             name: name.to_owned(),
             recall: bootstrap.interval(|weights| average(&others, weights)),
             change: bootstrap.interval(|weights| average(&others, weights) - average(&synthetics, weights)),
             gap: bootstrap.interval(|weights| average(&others, weights) - average(&reals, weights)),
-            curve: series::curve(&others),
-            inside: difference.iter().all(|d| d.abs() <= half_width + 1e-9),
+            curve,
+            #[allow(clippy::cast_precision_loss)] // tens
+            inside_share: inside as f64 / band.len().max(1) as f64,
         })
     }
 }

@@ -211,6 +211,13 @@ pub struct SweepArguments {
     /// Folder, or s3://BUCKET/PREFIX, to write frames and tables to; frames that are there already are not rendered again
     #[arg(long, value_name = "DIR|URL")]
     pub out: String,
+    /// Render as if an effect that a diagnosis found were not there: its numbers at their nulls (needs --diagnosis); may be repeated.
+    /// `gonio predict --contrast` then tells what the effect changes
+    #[arg(long, value_name = "EFFECT", requires = "diagnosis")]
+    pub without: Vec<String>,
+    /// The diagnosis.json that found the effects of --without
+    #[arg(long, value_name = "FILE", requires = "without")]
+    pub diagnosis: Option<PathBuf>,
     /// What to write besides the frames: nothing, or a dataset in the layout of the BOP benchmark (needs [[model]] and the output
     /// "rgb" in the sweep's file)
     #[arg(long, value_enum, default_value = "frames")]

@@ -92,7 +92,7 @@ pub(crate) fn refine(
             break;
         }
         // The other side of a narrow valley.
-        edge = -0.7 * edge;
+        edge *= -0.7;
     }
     best
 }

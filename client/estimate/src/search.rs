@@ -26,7 +26,10 @@ const PLACES: usize = 2;
 const LEAST: f64 = 0.5;
 
 /// What is looked for.
-pub(crate) struct Templates(Vec<(DMat3, Vec<(i32, i32, usize)>)>);
+pub(crate) struct Templates(Vec<(DMat3, Placed)>);
+
+/// Columns and rows from the centre, and bins, of a template that was turned.
+type Placed = Vec<(i32, i32, usize)>;
 
 impl Templates {
     pub fn new(part: &Part) -> Self {

@@ -9,7 +9,15 @@ use nalgebra::{DMatrix, DVector};
 use serde::Deserialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// The part of a `fit.json` that is needed here.
+/// A `fit.json`, or a `diagnosis.json`, whose last fit counts.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Written {
+    Diagnosis { r#final: File },
+    Fit(File),
+}
+
+/// The part of a fit that is needed here.
 #[derive(Deserialize)]
 struct File {
     parameters: Vec<Parameter>,
@@ -40,9 +48,11 @@ impl Fitted {
     /// # Errors
     /// No such file, no fit, or one of which the capture has no number.
     pub fn read(path: &str, capture: &Capture, files: &dyn Files) -> Result<Self> {
-        let file: File = serde_json::from_slice(&files.read(path)?).map_err(|error| {
-            SceneError::new(path, format!("is no fit: {error}"), "name the fit.json that `gonio fit` wrote")
+        let written: Written = serde_json::from_slice(&files.read(path)?).map_err(|error| {
+            let mend = "name the fit.json that `gonio fit` wrote, or the diagnosis.json of `gonio diagnose`";
+            SceneError::new(path, format!("is no fit: {error}"), mend)
         })?;
+        let (Written::Fit(file) | Written::Diagnosis { r#final: file }) = written;
         let known = capture.numbers();
         let kept: Vec<(usize, &Parameter, Range)> = file
             .parameters
@@ -146,7 +156,8 @@ mod tests {
         // Half of the other are at its bound 0, which takes part of the correlation away.
         assert!(points.rows.iter().all(|row| row[1] >= 0.0));
         assert!(mean(&|z| z[0] * z[1]) < -0.3);
-        assert_eq!(points, fitted.draws(1024, 3).unwrap());
+        let again = read(&format!("{{\"verdict\": \"none\", \"final\": {FIT}}}")).unwrap();
+        assert_eq!(points, again.draws(1024, 3).unwrap());
         assert_eq!(points.rows[..8], fitted.draws(8, 3).unwrap().rows[..]);
     }
 

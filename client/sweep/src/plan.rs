@@ -69,6 +69,14 @@ impl Sweep {
     /// Names, photos and lights that the capture does not have; values out of bounds or that contradict each other; a
     /// broken list; more frames or photos than there may be.
     pub fn plan(&self, capture: &Capture, files: &dyn Files) -> Result<Plan> {
+        self.plan_with(capture, files, &[])
+    }
+
+    /// As [`Sweep::plan`], with `numbers` set last: after what a fit says, before what designs vary.
+    ///
+    /// # Errors
+    /// As there, and numbers that the capture does not have.
+    pub fn plan_with(&self, capture: &Capture, files: &dyn Files, numbers: &[(String, f64)]) -> Result<Plan> {
         let refuse = |key: &str, problem: String, mend: &str| SceneError::new(&self.file, problem, mend).at(key);
         let mut extended = capture.clone();
         extended.reflectance.clear();
@@ -76,6 +84,7 @@ impl Sweep {
         if let Some(fit) = &self.fit {
             extended.set_numbers(&Fitted::read(fit, &extended, files)?.numbers())?;
         }
+        extended.set_numbers(numbers)?;
         let views = self.views.iter().map(|view| view.resolved(&extended, files)).collect::<Result<Vec<_>>>()?;
         let mut labels: Vec<Option<Label>> = vec![None; extended.photos.len()];
         let count: u64 = views.iter().map(crate::view::View::count).sum();

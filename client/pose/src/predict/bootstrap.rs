@@ -18,7 +18,7 @@ impl Bootstrap {
             for _ in 0..count {
                 // 64 bits over some thousand images: the bias is below one part in 10^15.
                 #[allow(clippy::cast_possible_truncation)]
-                let index = (u128::from(random.next_u64()) * count as u128 >> 64) as usize;
+                let index = ((u128::from(random.next_u64()) * count as u128) >> 64) as usize;
                 if let Some(weight) = weights.get_mut(index) {
                     *weight += 1;
                 }

@@ -1,5 +1,6 @@
 //! What a sweep is about: its file, its capture, and what the farm is sent of them.
 
+use super::without::nulls;
 use crate::failure::Failure;
 use crate::input::Input;
 use gonio_proto::convert::manifest::pack;
@@ -24,11 +25,11 @@ pub(super) struct Planned {
 }
 
 impl Planned {
-    /// Reads the sweep's file at `path` and everything that it names.
+    /// Reads the sweep's file at `path` and everything that it names, `without` the effects that a `diagnosis` found.
     ///
     /// # Errors
     /// Anything in them that is broken.
-    pub fn read(path: &Path) -> Result<Self, Failure> {
+    pub fn read(path: &Path, diagnosis: Option<&Path>, without: &[String]) -> Result<Self, Failure> {
         let shown = path.display().to_string();
         let no_file =
             |problem: &str| SceneError::new(shown.as_str(), problem, "name a sweep's file, such as sweep.toml");
@@ -39,7 +40,11 @@ impl Planned {
         let text = std::str::from_utf8(&bytes).map_err(|_| no_file("is not UTF-8 text"))?;
         let sweep = Sweep::parse(&shown, text, gonio_proto::limits::SAMPLES)?;
         let input = Input::open_scene(&folder.join(&sweep.capture))?;
-        let plan = sweep.plan(&input.capture, &beside)?;
+        let nulls = match diagnosis {
+            Some(diagnosis) => nulls(diagnosis, without, &input.capture)?,
+            None => Vec::new(),
+        };
+        let plan = sweep.plan_with(&input.capture, &beside, &nulls)?;
         let files = Rendered::new(&input, &plan)?;
         let packed = pack(&files)?;
         let contents: Vec<(String, String)> =

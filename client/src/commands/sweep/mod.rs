@@ -10,6 +10,7 @@ mod input;
 mod place;
 mod runner;
 mod summary;
+mod without;
 
 use super::farm;
 use crate::arguments::{Format, SweepArguments};
@@ -50,7 +51,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     let begin = Instant::now();
     let note = "stopping and keeping what is done; again to kill";
     let interrupt = Interrupt::listen(if arguments.farm.json { "" } else { note })?;
-    let planned = Planned::read(&arguments.sweep)?;
+    let planned = Planned::read(&arguments.sweep, arguments.diagnosis.as_deref(), &arguments.without)?;
     let Planned { plan, digests, .. } = &planned;
     let place = Place::open(&arguments.out, arguments.dry_run)?;
     if let (Some(folder), false) = (place.folder(), arguments.dry_run) {

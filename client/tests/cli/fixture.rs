@@ -43,6 +43,18 @@ pub fn succeeds(at: &Path, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
+/// Runs `gonio`, which must refuse its input in one line of plain words that contains all of `says`.
+pub fn refused(at: &Path, arguments: &[&str], says: &[&str]) {
+    let output = gonio(at, arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    assert_eq!(stderr.lines().filter(|line| line.starts_with("error: ")).count(), 1, "{arguments:?}: {stderr}");
+    for text in says {
+        assert!(stderr.contains(text), "{arguments:?}: no \"{text}\" in: {stderr}");
+    }
+}
+
 /// The JSON object that is all of a command's standard output.
 pub fn json(stdout: &str) -> serde_json::Value {
     assert_eq!(stdout.trim_end().lines().count(), 1, "{stdout}");

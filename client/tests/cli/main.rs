@@ -8,9 +8,16 @@
 mod broken;
 mod browser;
 mod check;
+mod devtools;
+mod dprime;
+mod exposures;
 mod fit;
 mod fixture;
+mod hdr;
 mod interrupt;
+mod matte;
+mod page;
+mod poses;
 mod render;
 mod study;
 mod sweep;

@@ -4,6 +4,7 @@
 pub mod align;
 mod exif;
 mod filled;
+mod ghost;
 mod merge;
 mod orient;
 mod plot;

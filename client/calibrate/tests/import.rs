@@ -96,7 +96,11 @@ fn broken_binary_models_are_refused_without_room_for_what_they_claim() {
         (changed(&cameras, 0, &most), images.clone(), "cameras.bin: camera 1: ends before its number"),
         (cameras.clone(), changed(&images, 0, &most), "images.bin: image 1: ends before its number"),
         (cameras.clone(), changed(&images, points, &most), "images.bin: image 0: ends before its points"),
-        (cameras.clone(), changed(&images, points, &(u64::MAX / 24 + 1).to_le_bytes()), "images.bin: image 0: ends before"),
+        (
+            cameras.clone(),
+            changed(&images, points, &(u64::MAX / 24 + 1).to_le_bytes()),
+            "images.bin: image 0: ends before",
+        ),
         (changed(&cameras, 12, &[99]), images.clone(), "cameras.bin: camera 0: is of model 99"),
         (changed(&cameras, 16, &most), images.clone(), "cameras.bin: camera 0: is 18446744073709551615 pixels"),
         (changed(&cameras, 16, &[0; 8]), images.clone(), "cameras.bin: camera 0: is 0 pixels"),

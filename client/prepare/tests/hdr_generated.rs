@@ -70,9 +70,8 @@ fn errors(merged: &Merged, use_it: impl Fn(usize, usize) -> bool) -> (f64, f64) 
         let mut ratios = Vec::new();
         let mut columns = Vec::new();
         for x in first..width - first {
-            let ratio = |y: usize| {
-                f64::from(merged.radiance.pixels[y * width + x][c]) / radiance(x as f64, y as f64)[c]
-            };
+            let ratio =
+                |y: usize| f64::from(merged.radiance.pixels[y * width + x][c]) / radiance(x as f64, y as f64)[c];
             let column: Vec<f64> = (0..height).filter(|&y| use_it(x, y)).map(ratio).collect();
             if !column.is_empty() {
                 columns.push(column.iter().sum::<f64>() / column.len() as f64);

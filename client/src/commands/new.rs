@@ -70,7 +70,8 @@ pub fn run(arguments: &NewArguments) -> Result<(), Failure> {
         draft.guess("[[photo]]", "", "camera_to_world", text);
     }
     if arguments.environment.is_some() {
-        draft.guess("[[light]]", "sky", "scale", "the map's own brightness; free light.sky.scale to fit it");
+        // A scale of 1 has no line of its own.
+        draft.guess("[[light]]", "sky", "", "the map's own brightness, scale = 1; free light.sky.scale to fit it");
     }
     if let Some(file) = &arguments.response {
         draft.measured_response(&response(&place, file)?);

@@ -119,9 +119,7 @@ impl Page {
 
     /// Presses and releases a key; `text` is what it writes.
     pub fn press(&mut self, key: &str, code: u32, text: &str, held: bool) {
-        let event = |kind: &str, text: &str| {
-            json!({ "type": kind, "key": key, "windowsVirtualKeyCode": code, "text": text, "autoRepeat": held })
-        };
+        let event = |kind: &str, text: &str| json!({ "type": kind, "key": key, "windowsVirtualKeyCode": code, "text": text, "autoRepeat": held });
         self.call("Input.dispatchKeyEvent", event("keyDown", text));
         self.call("Input.dispatchKeyEvent", event("keyUp", ""));
     }
@@ -131,7 +129,11 @@ impl Page {
         let tree = self.call("Accessibility.getFullAXTree", json!({}));
         let text = |node: &Value, key: &str| node[key]["value"].as_str().unwrap_or_default().to_owned();
         let nodes = tree["nodes"].as_array().unwrap();
-        nodes.iter().filter(|node| node["ignored"] != true).map(|node| (text(node, "role"), text(node, "name"))).collect()
+        nodes
+            .iter()
+            .filter(|node| node["ignored"] != true)
+            .map(|node| (text(node, "role"), text(node, "name")))
+            .collect()
     }
 }
 

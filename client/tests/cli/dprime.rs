@@ -20,16 +20,19 @@ fn answers_become_a_sensitivity_and_bad_tables_are_refused_by_line_and_column() 
     }
     write(&table);
     let result = json(&succeeds(at, &["dprime", "r.csv", "--json", "--plot", "roc.svg", "--resamples", "200"]));
-    // z(0.8) - z(0.2) = 1.683, a little less by the correction of rates for few trials.
+    // z(8.5 / 11) - z(2.5 / 11): the log-linear correction of eight hits and two false alarms in ten.
     let found = result["d_prime"]["value"].as_f64().unwrap();
-    assert!((1.5..1.75).contains(&found), "{result}");
+    assert!((found - 1.4957).abs() < 1e-3, "{result}");
     assert!(std::fs::read_to_string(at.join("roc.svg")).unwrap().contains("<svg"));
 
     refused(at, &["dprime", "none.csv"], &["none.csv: cannot be read", "observer,image,truth,rating"]);
     for (text, says) in [
         ("", "r.csv: observer: is not among the columns"),
         ("observer,image,rating\na,x,3\n", "r.csv: truth: is not among the columns (observer,image,rating)"),
-        (&format!("{HEAD}a,x,real,3\na,y,synthetic,6\n"), "r.csv: line 3: rating: is \"6\"; write a whole number from 1"),
+        (
+            &format!("{HEAD}a,x,real,3\na,y,synthetic,6\n"),
+            "r.csv: line 3: rating: is \"6\"; write a whole number from 1",
+        ),
         (&format!("{HEAD}a,x,real,2.5\n"), "r.csv: line 2: rating: is \"2.5\""),
         (&format!("{HEAD}a,x,fake,3\n"), "r.csv: line 2: truth: is \"fake\"; write real or synthetic"),
         (&format!("{HEAD},x,real,3\n"), "r.csv: line 2: observer: is empty; write a name"),

@@ -43,13 +43,13 @@ pub fn succeeds(at: &Path, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Runs `gonio`, which must refuse its input in one line of plain words that contains all of `says`.
+/// Runs `gonio`, which must refuse its input in plain words that contain all of `says`.
 pub fn refused(at: &Path, arguments: &[&str], says: &[&str]) {
     let output = gonio(at, arguments);
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
     assert!(!stderr.contains("panicked"), "{stderr}");
-    assert_eq!(stderr.lines().filter(|line| line.starts_with("error: ")).count(), 1, "{arguments:?}: {stderr}");
+    assert!(stderr.lines().any(|line| line.starts_with("error: ")), "{arguments:?}: {stderr}");
     for text in says {
         assert!(stderr.contains(text), "{arguments:?}: no \"{text}\" in: {stderr}");
     }

@@ -56,7 +56,11 @@ fn recovers(top: &TempDir, out: &str, scale: f64) {
     let found = truths.map(|(name, truth, _)| {
         let parameter = parameters.iter().find(|p| p["name"] == name).unwrap();
         let off = parameter["value"].as_f64().unwrap() / truth - 1.0;
-        println!("{out}: {name} {:+.2} % +- {:.2} %", 100.0 * off, 100.0 * parameter["standard_error"].as_f64().unwrap() / truth);
+        println!(
+            "{out}: {name} {:+.2} % +- {:.2} %",
+            100.0 * off,
+            100.0 * parameter["standard_error"].as_f64().unwrap() / truth
+        );
         off
     });
     for ((name, _, tolerance), off) in truths.iter().zip(found) {
@@ -75,7 +79,11 @@ fn a_measured_map_lights_a_part_and_scale_and_materials_are_recovered() {
     for k in 0..4 {
         let light = read(&DirectoryFiles::new(&photos), &format!("0{k}.exr")).unwrap();
         photograph(&photos.join(format!("0{k}.png")), &light, 0.4, 0.8, 100 + k);
-        edit(&capture_file(&top), &format!("file = \"photos/0{k}.exr\""), &format!("file = \"photos/0{k}.png\"\nexposure = 0.4"));
+        edit(
+            &capture_file(&top),
+            &format!("file = \"photos/0{k}.exr\""),
+            &format!("file = \"photos/0{k}.png\"\nexposure = 0.4"),
+        );
     }
     let sensor = "[sensor]\nread_noise = 0.0035\nsaturation = 0.98\nresponse = \"map.response.json\"\n";
     edit(&capture_file(&top), "[sensor]\nread_noise = 0.002\nshot_noise = 0.0002\n", sensor);
@@ -98,7 +106,11 @@ fn pair(seconds: [f64; 2]) -> TempDir {
 fn a_measured_response_that_is_broken_is_refused_by_file_and_mend() {
     let top = scene(TRUTH);
     edit(&capture_file(&top), "[sensor]\n", "[sensor]\nresponse = \"map.response.json\"\n");
-    refused(top.path(), &["check", "capture"], &["map.response.json: sensor.response: does not exist", "correct the path"]);
+    refused(
+        top.path(),
+        &["check", "capture"],
+        &["map.response.json: sensor.response: does not exist", "correct the path"],
+    );
     let file = top.path().join("capture/map.response.json");
     let flat = serde_json::json!({ "log_exposure": vec![vec![0.0; 256]; 3] });
     std::fs::write(&file, flat.to_string()).unwrap();
@@ -116,7 +128,11 @@ fn bad_stacks_are_refused_by_file_key_and_mend() {
     let hdr = |more: &[&'static str]| [&["hdr", "--out", "m.exr"], more].concat();
     let times = ["0.png", "1.png", "--times", "times.csv"];
     let timed = |more: &[&'static str]| hdr(&[&times[..], more].concat());
-    refused(at, &hdr(&["0.png", "--times", "times.csv"]), &["0.png: PHOTOS: is a stack of fewer than two", "two or more"]);
+    refused(
+        at,
+        &hdr(&["0.png", "--times", "times.csv"]),
+        &["0.png: PHOTOS: is a stack of fewer than two", "two or more"],
+    );
     refused(at, &hdr(&["0.png", "1.png"]), &["0.png: ExposureTime: has no EXIF block", "--times"]);
     refused(at, &hdr(&["0.png", "9.png", "--times", "times.csv"]), &["9.png: ", "correct the path"]);
     refused(at, &hdr(&["0.png", "1.png", "--times", "t.csv"]), &["t.csv: cannot be read", "correct the path"]);
@@ -124,7 +140,11 @@ fn bad_stacks_are_refused_by_file_key_and_mend() {
     std::fs::write(at.join("more.csv"), "0.png,1\nsmall.png,0.5\n").unwrap();
     refused(at, &hdr(&["0.png", "small.png", "--times", "more.csv"]), &["small.png: is 32 x 32", "one size"]);
     std::fs::write(at.join("equal.csv"), "0.png,0.5\n1.png,0.5\n").unwrap();
-    refused(at, &hdr(&["0.png", "1.png", "--times", "equal.csv"]), &["0.png: seconds: ", "all have an exposure of 0.5 s", "--times"]);
+    refused(
+        at,
+        &hdr(&["0.png", "1.png", "--times", "equal.csv"]),
+        &["0.png: seconds: ", "all have an exposure of 0.5 s", "--times"],
+    );
     for (list, line) in [("file,seconds\n0.png;1\n", 2), ("0.png,1\n1.png,fast\n", 2), ("0.png,1/\n", 1)] {
         std::fs::write(at.join("broken.csv"), list).unwrap();
         let line = format!("broken.csv: line {line}: holds ");
@@ -143,7 +163,11 @@ fn bad_stacks_are_refused_by_file_key_and_mend() {
     assert!(!at.join("m.exr").exists());
     // A square is no panorama.
     let square = pair_of(at, 32);
-    refused(at, &[&hdr(&["--turn", "10"])[..], &square.iter().map(String::as_str).collect::<Vec<_>>()].concat(), &["m.exr: turn: is 32 x 32", "--turn"]);
+    refused(
+        at,
+        &[&hdr(&["--turn", "10"])[..], &square.iter().map(String::as_str).collect::<Vec<_>>()].concat(),
+        &["m.exr: turn: is 32 x 32", "--turn"],
+    );
 }
 
 /// A square stack and its list, as arguments.

@@ -30,8 +30,7 @@ fn photographs() -> TempDir {
     top
 }
 
-const PAIR: [&str; 9] =
-    ["matte", "--on", "a.png", "--on", "b.png", "--plate", "back-a.png", "--plate", "back-b.png"];
+const PAIR: [&str; 9] = ["matte", "--on", "a.png", "--on", "b.png", "--plate", "back-a.png", "--plate", "back-b.png"];
 
 #[test]
 fn a_part_is_cut_out_and_blended_into_a_picture() {
@@ -48,7 +47,8 @@ fn a_part_is_cut_out_and_blended_into_a_picture() {
     succeeds(at, &[&PAIR[..], &["--out", "hard.png", "--binary"]].concat());
 
     let told = succeeds(at, &["plan", "--interval", "45", "--radius", "0.5", "--out", "views.json"]);
-    let plan: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(at.join("views.json")).unwrap()).unwrap();
+    let plan: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(at.join("views.json")).unwrap()).unwrap();
     let views = plan["views"].as_array().unwrap();
     assert!(views.len() > 8 && told.contains(&format!("{} views", views.len())), "{told}");
     for view in views {
@@ -69,7 +69,10 @@ fn a_part_is_cut_out_and_blended_into_a_picture() {
     };
     // At half the distance the part is twice as wide.
     let (far, near) = (red("frame_0000.png"), red("frame_0001.png"));
-    assert!((far / (400.0 * std::f64::consts::PI) - 1.0).abs() < 0.1 && (near / far / 4.0 - 1.0).abs() < 0.1, "{far} {near}");
+    assert!(
+        (far / (400.0 * std::f64::consts::PI) - 1.0).abs() < 0.1 && (near / far / 4.0 - 1.0).abs() < 0.1,
+        "{far} {near}"
+    );
 }
 
 #[test]
@@ -81,13 +84,25 @@ fn backdrops_that_do_not_fit_are_refused_by_file_and_mend() {
         ["matte", "--on", on[0], "--on", on[1], "--plate", plate[0], "--plate", plate[1], out[0], out[1]]
     };
     let good = ["a.png", "b.png"];
-    refused(at, &matte(good, ["back-b.png", "back-a.png"]), &["a.png: --plate: shows its backdrop back-b.png", "order of --on"]);
-    refused(at, &matte(["a.png", "a.png"], ["back-a.png", "back-a.png"]), &["back-a.png: --plate: and back-a.png are alike", "two backdrops"]);
+    refused(
+        at,
+        &matte(good, ["back-b.png", "back-a.png"]),
+        &["a.png: --plate: shows its backdrop back-b.png", "order of --on"],
+    );
+    refused(
+        at,
+        &matte(["a.png", "a.png"], ["back-a.png", "back-a.png"]),
+        &["back-a.png: --plate: and back-a.png are alike", "two backdrops"],
+    );
     write_png8(&at.join("small.png"), 8, 8, &[[9; 3]; 64]).unwrap();
     refused(at, &matte(good, ["back-a.png", "small.png"]), &["small.png: --on, --plate: is 8 x 8", "one size"]);
     refused(at, &matte(good, ["back-a.png", "#00ff"]), &["--plate: #00ff: ", "#RRGGBB"]);
     refused(at, &matte(good, ["back-a.png", "none.png"]), &["none.png: ", "correct the path"]);
-    refused(at, &["matte", "--on", "a.png", "--plate", "back-a.png", "--out", "m.png"], &["--on, --plate: give each twice"]);
+    refused(
+        at,
+        &["matte", "--on", "a.png", "--plate", "back-a.png", "--out", "m.png"],
+        &["--on, --plate: give each twice"],
+    );
     refused(at, &[&PAIR[..], &["--out", "m.png", "--depth", "12"]].concat(), &["--depth", "write 8 or 16"]);
     assert!(!at.join("m.png").exists());
 }
@@ -112,7 +127,11 @@ fn plans_and_composites_without_sense_are_refused_by_file_and_mend() {
     refused(at, &composite("views.json", &camera), &[".png: cannot be read", "gonio matte"]);
     refused(at, &composite("views.json", &["--camera", "0,10"]), &["--camera", "AZIMUTH,ELEVATION,DISTANCE"]);
     refused(at, &composite("views.json", &["--camera", "0,10,1", "--at", "5"]), &["--at: write two numbers"]);
-    refused(at, &composite("views.json", &["--camera", "0,10,1", "--background", "b.png"]), &["--background: 2 pictures for 1 cameras"]);
+    refused(
+        at,
+        &composite("views.json", &["--camera", "0,10,1", "--background", "b.png"]),
+        &["--background: 2 pictures for 1 cameras"],
+    );
     std::fs::write(at.join("cameras.csv"), "0,10,1\n0,10,none\n").unwrap();
     refused(at, &composite("views.json", &["--cameras", "cameras.csv"]), &["cameras.csv: line 2: holds", "AZIMUTH"]);
     refused(at, &composite("views.json", &["--camera", "0,10,1", "--method", "best"]), &["--method", "alpha-blur"]);

@@ -5,7 +5,8 @@ use crate::study::{serve_at, shown};
 use serde_json::Value;
 use std::time::Duration;
 
-const LEVELS: [&str; 5] = ["definitely real", "probably real", "not sure", "probably synthetic", "definitely synthetic"];
+const LEVELS: [&str; 5] =
+    ["definitely real", "probably real", "not sure", "probably synthetic", "definitely synthetic"];
 const ENABLED: &str = "!document.getElementById('levels').disabled";
 
 /// Answers with a key once the page takes answers, and waits for `after`.
@@ -50,9 +51,13 @@ fn an_observer_rates_by_keyboard_on_a_phone_and_goes_on_after_the_server_was_kil
     }
     // Nothing of it is wider than the phone, all of it is on one screen, every button is as high as a finger wants.
     assert_eq!(page.value("document.documentElement.scrollWidth <= innerWidth"), true);
-    let low = page.value("Math.max(...[...document.querySelectorAll('#levels button')].map(b => b.getBoundingClientRect().bottom))");
+    let low = page.value(
+        "Math.max(...[...document.querySelectorAll('#levels button')].map(b => b.getBoundingClientRect().bottom))",
+    );
     assert!(low.as_f64().unwrap() <= 640.0, "the last button ends at {low}");
-    let least = page.value("Math.min(...[...document.querySelectorAll('#levels button')].map(b => b.getBoundingClientRect().height))");
+    let least = page.value(
+        "Math.min(...[...document.querySelectorAll('#levels button')].map(b => b.getBoundingClientRect().height))",
+    );
     assert!(least.as_f64().unwrap() >= 44.0, "{least}");
 
     // A key that is held down and one that means nothing rate nothing.
@@ -102,7 +107,8 @@ fn the_page_fits_a_desk_and_takes_clicks() {
     page.wait(&progress("Image 1 of 2"));
     page.wait(ENABLED);
     // Five buttons side by side, and none hidden.
-    let tops = page.value("[...document.querySelectorAll('#levels button')].map(b => Math.round(b.getBoundingClientRect().top))");
+    let tops = page
+        .value("[...document.querySelectorAll('#levels button')].map(b => Math.round(b.getBoundingClientRect().top))");
     let tops = tops.as_array().unwrap();
     assert!(tops.len() == 5 && tops.iter().all(|top| *top == tops[0]), "{tops:?}");
     assert_eq!(page.value("document.documentElement.scrollWidth <= innerWidth"), Value::Bool(true));

@@ -62,9 +62,8 @@ fn photograph(file: &Path, [about_x, about_y]: [f64; 2], distance: f64) {
     let middle = [0.1, 0.14];
     let origin: [f64; 3] =
         std::array::from_fn(|k| if k == 2 { distance } else { 0.0 } - middle[0] * along_u[k] - middle[1] * along_v[k]);
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
+    let cross =
+        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let normal = cross(along_u, along_v);
     let sample = |x: f64, y: f64| {
@@ -75,7 +74,8 @@ fn photograph(file: &Path, [about_x, about_y]: [f64; 2], distance: f64) {
     };
     let pixel = |k: u32| {
         let (x, y) = (f64::from(k % SIZE[0]), f64::from(k / SIZE[0]));
-        let sum: f64 = (0..9).map(|s| sample(x + (f64::from(s % 3) + 0.5) / 3.0, y + (f64::from(s / 3) + 0.5) / 3.0)).sum();
+        let sum: f64 =
+            (0..9).map(|s| sample(x + (f64::from(s % 3) + 0.5) / 3.0, y + (f64::from(s / 3) + 0.5) / 3.0)).sum();
         [(255.0 * sum / 9.0).round() as u8; 3]
     };
     write_png8(file, SIZE[0], SIZE[1], &(0..SIZE[0] * SIZE[1]).map(pixel).collect::<Vec<_>>()).unwrap();
@@ -134,11 +134,20 @@ fn a_board_gives_the_camera_and_a_capture_takes_its_poses() {
     refused(at, &guessed, &["guess/capture.toml: exists already", "--out"]);
     let new = |out: &'static str, more: &[&'static str]| [&["new", "--out", out], more].concat();
     refused(at, &new("x/other.toml", &["--photos", "p0.png"]), &["x/other.toml: is no place for a capture"]);
-    refused(at, &new("x/capture.toml", &["--photos", "empty.png", "--poses", "board"]), &["has no pose in board", "leave the photo out"]);
+    refused(
+        at,
+        &new("x/capture.toml", &["--photos", "empty.png", "--poses", "board"]),
+        &["has no pose in board", "leave the photo out"],
+    );
     refused(at, &new("x/capture.toml", &["--photos", "p0.png", "--poses", "nowhere"]), &["nowhere: does not exist"]);
-    refused(at, &new("x/capture.toml", &["--photos", "p0.png", "--environment", "no.exr"]), &["no.exr: cannot be read", "correct the path"]);
+    refused(
+        at,
+        &new("x/capture.toml", &["--photos", "p0.png", "--environment", "no.exr"]),
+        &["no.exr: cannot be read", "correct the path"],
+    );
     refused(at, &new("x/capture.toml", &["--photos", "p0.png", "--meshes", "p0.png"]), &["p0.png: "]);
-    std::fs::write(at.join("flat.json"), serde_json::json!({ "log_exposure": vec![vec![1.0; 256]; 3] }).to_string()).unwrap();
+    std::fs::write(at.join("flat.json"), serde_json::json!({ "log_exposure": vec![vec![1.0; 256]; 3] }).to_string())
+        .unwrap();
     let curve = ["--photos", "p0.png", "--response", "flat.json"];
     refused(at, &new("x/capture.toml", &curve), &["flat.json: log_exposure: red does not rise", "gonio hdr"]);
     let curve = ["--photos", "p0.png", "--response", "map.exr"];
@@ -149,8 +158,16 @@ fn a_board_gives_the_camera_and_a_capture_takes_its_poses() {
     refused(at, &bad(&["empty.png", "empty.png", "empty.png"]), &["--board: "]);
     refused(at, &bad(&["p0.png", "p1.png", "none.png"]), &["none.png: ", "correct the path"]);
     gray(&at.join("small.png"), 320, 240);
-    refused(at, &bad(&["p0.png", "small.png", "p1.png"]), &["small.png: is 320 x 240, the first photo 640 x 480", "one camera"]);
-    for (board, says) in [("charuco:5x7", "write charuco:"), ("charuco:5x7:0.02:0.04:6X6_250", "smaller than the square"), ("charuco:5x7:0.04:0.02:9X9_9", "no dictionary")] {
+    refused(
+        at,
+        &bad(&["p0.png", "small.png", "p1.png"]),
+        &["small.png: is 320 x 240, the first photo 640 x 480", "one camera"],
+    );
+    for (board, says) in [
+        ("charuco:5x7", "write charuco:"),
+        ("charuco:5x7:0.02:0.04:6X6_250", "smaller than the square"),
+        ("charuco:5x7:0.04:0.02:9X9_9", "no dictionary"),
+    ] {
         refused(at, &["calibrate", "p0.png", "--board", board, "--out", "bad/capture.toml"], &["--board", says]);
     }
     assert!(!at.join("bad/capture.toml").exists());
@@ -166,15 +183,18 @@ fn models(at: &Path) {
     std::fs::create_dir_all(&text).unwrap();
     std::fs::create_dir_all(&binary).unwrap();
     std::fs::write(text.join("cameras.txt"), "# cameras\n3 OPENCV 32 24 50 51 16 12 0.1 0 0 0\n").unwrap();
-    std::fs::write(text.join("images.txt"), "7 0.6 0 0 0.8 0.1 0.2 2 3 a b.png\n\n8 1 0 0 0 0 0 1 3 c.png\n1 2 -1\n").unwrap();
-    let mut cameras = [1_u64.to_le_bytes().to_vec(), 3_u32.to_le_bytes().to_vec(), 4_u32.to_le_bytes().to_vec()].concat();
+    std::fs::write(text.join("images.txt"), "7 0.6 0 0 0.8 0.1 0.2 2 3 a b.png\n\n8 1 0 0 0 0 0 1 3 c.png\n1 2 -1\n")
+        .unwrap();
+    let mut cameras =
+        [1_u64.to_le_bytes().to_vec(), 3_u32.to_le_bytes().to_vec(), 4_u32.to_le_bytes().to_vec()].concat();
     cameras.extend([32_u64, 24].iter().flat_map(|side| side.to_le_bytes()));
     cameras.extend([50.0_f64, 51.0, 16.0, 12.0, 0.1, 0.0, 0.0, 0.0].iter().flat_map(|number| number.to_le_bytes()));
     std::fs::write(binary.join("cameras.bin"), cameras).unwrap();
     let mut images = 2_u64.to_le_bytes().to_vec();
-    for (number, pose, name, points) in
-        [(7_u32, [0.6_f64, 0.0, 0.0, 0.8, 0.1, 0.2, 2.0], "a b.png", 0_u64), (8, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], "c.png", 1)]
-    {
+    for (number, pose, name, points) in [
+        (7_u32, [0.6_f64, 0.0, 0.0, 0.8, 0.1, 0.2, 2.0], "a b.png", 0_u64),
+        (8, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], "c.png", 1),
+    ] {
         images.extend(number.to_le_bytes());
         images.extend(pose.iter().flat_map(|number| number.to_le_bytes()));
         images.extend(3_u32.to_le_bytes());
@@ -228,7 +248,8 @@ fn transforms_and_scenes_of_bop_are_imported() {
     let top = import_top();
     let at = top.path();
     let identity = "[[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]";
-    let good = format!(r#"{{"camera_angle_x": 0.9, "frames": [{{"file_path": "./r_0", "transform_matrix": {identity}}}]}}"#);
+    let good =
+        format!(r#"{{"camera_angle_x": 0.9, "frames": [{{"file_path": "./r_0", "transform_matrix": {identity}}}]}}"#);
     std::fs::write(at.join("transforms.json"), &good).unwrap();
     succeeds(at, &["import", "transforms", "transforms.json", "--out", "t/capture.toml"]);
     let imported = capture(&at.join("t"));
@@ -238,13 +259,17 @@ fn transforms_and_scenes_of_bop_are_imported() {
         ("{", "transforms.json: is no JSON"),
         ("{}", "transforms.json: frames: is missing"),
         (&good.replace("0.9", "\"wide\""), "transforms.json: "),
-        (&good.replace("./r_0", "./r_9"), "r_9: is not in"),
+        (&good.replace("./r_0", "./r_9"), "r_9: frames[0].file_path: is not in"),
         (&good.replace(identity, "[[1,0,0,0]]"), "transforms.json: frames[0].transform_matrix: "),
     ] {
         std::fs::write(at.join("transforms.json"), text).unwrap();
         refused(at, &import, &[says]);
     }
-    refused(at, &["import", "transforms", "none.json", "--out", "x/capture.toml"], &["none.json: does not exist", "transforms.json"]);
+    refused(
+        at,
+        &["import", "transforms", "none.json", "--out", "x/capture.toml"],
+        &["none.json: does not exist", "transforms.json"],
+    );
 
     let scene = at.join("test/000002");
     std::fs::create_dir_all(scene.join("rgb")).unwrap();
@@ -255,7 +280,8 @@ fn transforms_and_scenes_of_bop_are_imported() {
     let truth = r#"{"3": [{"cam_R_m2c": [0,-1,0,1,0,0,0,0,1], "cam_t_m2c": [100,0,1000], "obj_id": 5}]}"#;
     std::fs::write(scene.join("scene_camera.json"), camera).unwrap();
     std::fs::write(scene.join("scene_gt.json"), truth).unwrap();
-    let import = |out: &'static str, more: &[&'static str]| [&["import", "bop", "test/000002", "--out", out], more].concat();
+    let import =
+        |out: &'static str, more: &[&'static str]| [&["import", "bop", "test/000002", "--out", out], more].concat();
     let told = json(&succeeds(at, &import("b/capture.toml", &["--json", "--models", "models"])));
     assert_eq!((&told["photos"], &told["objects"]), (&1.into(), &1.into()));
     assert_eq!(capture(&at.join("b")).objects[0].mesh, "../models/obj_000005.ply");
@@ -264,6 +290,14 @@ fn transforms_and_scenes_of_bop_are_imported() {
     refused(at, &import("x/capture.toml", &[]), &["scene_camera.json: 3.cam_K: is missing"]);
     std::fs::write(scene.join("scene_camera.json"), camera.replace("\"3\"", "\"4\"")).unwrap();
     refused(at, &import("x/capture.toml", &[]), &["scene_gt.json: 4: is missing"]);
-    refused(at, &["import", "bop", "nowhere", "--out", "x/capture.toml"], &["scene_camera.json: does not exist", "000002"]);
-    refused(at, &["import", "colmap", "test", "--models", "models", "--out", "x/capture.toml"], &["--models: is for bop alone"]);
+    refused(
+        at,
+        &["import", "bop", "nowhere", "--out", "x/capture.toml"],
+        &["scene_camera.json: does not exist", "000002"],
+    );
+    refused(
+        at,
+        &["import", "colmap", "test", "--models", "models", "--out", "x/capture.toml"],
+        &["--models: is for bop alone"],
+    );
 }

@@ -47,8 +47,9 @@ pub(super) fn moved(stack: &Stack, response: &Response, shot: usize, reference: 
     let contradicts = |pixel: usize| {
         let Some(value) = stack.value(shot, pixel) else { return false };
         (0..3).any(|c| {
-            let (value, own) = (value[c], predicted[pixel][c]);
-            if own.is_nan() || !exposed(value) {
+            // What is clipped contradicts, too, where it should not be: it adds nothing itself, but its neighbours may.
+            let (value, own) = (value[c].clamp(FLOOR, SATURATED), predicted[pixel][c]);
+            if own.is_nan() {
                 return false;
             }
             let error = errors[c][bin(own)];
@@ -118,5 +119,6 @@ fn reach(predicted: &[[f32; 3]], size: [usize; 2], pixel: usize, c: usize) -> (f
 fn neighbours([width, height]: [usize; 2], pixel: usize) -> impl Iterator<Item = usize> {
     let (x, y) = (pixel % width, pixel / width);
     let columns = x.saturating_sub(1)..(x + 2).min(width);
-    (y.saturating_sub(1)..(y + 2).min(height)).flat_map(move |row| columns.clone().map(move |column| row * width + column))
+    (y.saturating_sub(1)..(y + 2).min(height))
+        .flat_map(move |row| columns.clone().map(move |column| row * width + column))
 }

@@ -52,8 +52,7 @@ pub fn merge(stack: &Stack, response: &Response) -> Merged {
             std::array::from_fn(|c| median(response, &times, &values, c).map_or(f32::NAN, |median| median as f32))
         })
         .collect();
-    let moved: Vec<Vec<bool>> =
-        (0..times.len()).map(|shot| ghost::moved(stack, response, shot, &reference)).collect();
+    let moved: Vec<Vec<bool>> = (0..times.len()).map(|shot| ghost::moved(stack, response, shot, &reference)).collect();
     let results: Vec<([f32; 3], Mark)> = (0..width * height)
         .into_par_iter()
         .map(|pixel| {

@@ -6,8 +6,8 @@ use gonio_scene::capture::{ResponseCurve, curve::CODES};
 /// Entries of a curve: the codes of an 8-bit file.
 pub const LEVELS: usize = CODES;
 
-/// For every channel g(z) = ln(exposure) at code z = 255 * value (Debevec and Malik 1997, equation 2); g(128) = 0 where it
-/// was learnt, so that exposures are relative. Rises strictly.
+/// For every channel g(z) = ln(exposure) at code z = 255 * value (Debevec and Malik 1997, equation 2); 0 about code 128
+/// where it was learnt, so that exposures are relative. Rises strictly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     /// ln(exposure) at codes 0..=255 of red, green, blue.

@@ -99,7 +99,8 @@ impl ResponseCurve {
                 return Err((name, format!("is {} at code {code}", table[code])));
             }
             if let Some(code) = table.windows(2).position(|pair| pair[1] <= pair[0]) {
-                let problem = format!("does not rise from code {code} to {}: {} to {}", code + 1, table[code], table[code + 1]);
+                let problem =
+                    format!("does not rise from code {code} to {}: {} to {}", code + 1, table[code], table[code + 1]);
                 return Err((name, problem));
             }
         }
@@ -202,7 +203,8 @@ mod tests {
     #[test]
     fn broken_curves_are_refused_by_file_key_and_mend() {
         let good = curve().to_json();
-        let falling = serde_json::json!({ "log_exposure": [vec![0.5; 256], vec![0.5; 256], vec![0.5; 256]] }).to_string();
+        let falling =
+            serde_json::json!({ "log_exposure": [vec![0.5; 256], vec![0.5; 256], vec![0.5; 256]] }).to_string();
         let cut: Vec<f64> = curve().tables()[0][..255].to_vec();
         let cut = serde_json::json!({ "log_exposure": [cut, curve().tables()[1], curve().tables()[2]] }).to_string();
         for (json, says) in [

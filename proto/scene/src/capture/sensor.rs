@@ -110,7 +110,8 @@ impl Response {
             "linear" => Self::Linear,
             "srgb" => Self::Srgb,
             "curve" => {
-                let mut curve = if let Self::Curve(curve) = self { (**curve).clone() } else { ResponseCurve::default() };
+                let mut curve =
+                    if let Self::Curve(curve) = self { (**curve).clone() } else { ResponseCurve::default() };
                 v.section("curve", &mut curve)?;
                 Self::Curve(Arc::new(curve))
             }

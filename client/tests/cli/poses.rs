@@ -153,7 +153,8 @@ fn a_board_gives_the_camera_and_a_capture_takes_its_poses() {
     let curve = ["--photos", "p0.png", "--response", "map.exr"];
     refused(at, &new("x/capture.toml", &curve), &["map.exr: --response: ", ".json"]);
 
-    let bad = |photos: &[&'static str]| command(photos, "bad/capture.toml");
+    let bad =
+        |photos: &[&'static str]| [&["calibrate"], photos, &["--board", BOARD, "--out", "bad/capture.toml"]].concat();
     refused(at, &bad(&photos[..2]), &["--board: ", "at least 3"]);
     refused(at, &bad(&["empty.png", "empty.png", "empty.png"]), &["--board: "]);
     refused(at, &bad(&["p0.png", "p1.png", "none.png"]), &["none.png: ", "correct the path"]);

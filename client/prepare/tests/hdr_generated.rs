@@ -107,6 +107,26 @@ fn radiance_is_within_one_per_cent_over_twelve_stops() {
     assert_eq!(merge(&stack, &read).radiance, merged.radiance);
 }
 
+/// Exposures a whole stop apart say nothing of a wave of that period on the curve: only its smoothness does.
+#[test]
+fn the_response_is_within_one_per_cent_over_its_codes() {
+    for noise in [0.0, 0.8] {
+        let stack = Stack::new(stack(&times(13), noise, |_, _, _, light| light), None).unwrap();
+        let response = calibrate(&stack, Region::All).unwrap();
+        let truth = |code: usize| {
+            let value = code as f64 / 255.0 / 1.02;
+            libm::log(-libm::log(1.0 - value * value) / 0.9)
+        };
+        for table in &response.log_exposure {
+            let off: Vec<f64> = (10..=245).map(|code| table[code] - truth(code)).collect();
+            let mean = off.iter().sum::<f64>() / off.len() as f64;
+            let worst = off.iter().map(|off| (off - mean).abs()).fold(0.0, f64::max);
+            println!("noise {noise}: the curve is at most {worst:.4} off");
+            assert!(worst < 0.01, "{worst}");
+        }
+    }
+}
+
 #[test]
 fn a_moving_highlight_is_left_out() {
     // A lamp's reflection wanders: 3 stops brighter, on other pixels in every shot.

@@ -1,5 +1,7 @@
 //! A small capture of two objects, made by the test itself, and the binary that works on it.
 
+use gonio_scene::Capture;
+use gonio_scene::files::DirectoryFiles;
 use gonio_scene::image::{Image, write_exr, write_png8};
 use gonio_scene::mesh::{Mesh, write_ply};
 use std::f64::consts::PI;
@@ -106,6 +108,16 @@ pub fn blinded(top: TempDir) -> TempDir {
         edit(&capture_file(&top), &file, &format!("{file}lights = [\"led\"{blast}]\n"));
     }
     top
+}
+
+/// Writes a photo of one gray.
+pub fn gray_png(file: &Path, width: u32, height: u32) {
+    write_png8(file, width, height, &vec![[90; 3]; (width * height) as usize]).unwrap();
+}
+
+/// The capture in a folder.
+pub fn capture(at: &Path) -> Capture {
+    Capture::read(&DirectoryFiles::new(at)).unwrap()
 }
 
 /// Replaces `from`, which must be there, in the text file `path`.

@@ -5,6 +5,7 @@
 // A fixture's ball may differ in its last bits from machine to machine.
 #![allow(clippy::disallowed_methods)]
 
+mod board;
 mod broken;
 mod browser;
 mod check;
@@ -14,10 +15,10 @@ mod exposures;
 mod fit;
 mod fixture;
 mod hdr;
+mod imports;
 mod interrupt;
 mod matte;
 mod page;
-mod poses;
 mod render;
 mod study;
 mod sweep;

@@ -7,6 +7,7 @@ mod filled;
 mod ghost;
 mod merge;
 mod orient;
+mod patches;
 mod plot;
 mod preview;
 mod region;

@@ -86,7 +86,7 @@ fn naive(film: &MergedFilm, pixels: &[usize], photo: &Photograph, sensor: &Senso
         let halves = |k: usize| (f * film.pixel(0, k)[c], f * film.pixel(1, k)[c]);
         let difference = |k: usize| {
             let (a, b) = halves(k);
-            sensor.response.apply(0.5 * (a + b)).1 * (a - b)
+            sensor.response.apply(0, 0.5 * (a + b)).1 * (a - b)
         };
         for (k, index) in pixels.iter().enumerate().filter(|(_, index)| counted(index)) {
             let (x, y) = at(*index);
@@ -98,7 +98,7 @@ fn naive(film: &MergedFilm, pixels: &[usize], photo: &Photograph, sensor: &Senso
             let window = if near(2).len() >= 8 { near(2) } else { near(99) };
             let n = window.len() as f64;
             let (a, b) = halves(k);
-            let (m, s) = sensor.response.apply((a + b) / 2.0);
+            let (m, s) = sensor.response.apply(0, (a + b) / 2.0);
             let render = window.iter().sum::<f64>() / n;
             let alone = sensor.read_noise * sensor.read_noise + sensor.shot_noise * m.max(0.0);
             let share = render / (alone + render);

@@ -34,6 +34,8 @@ struct Note {
 pub struct Draft {
     /// The capture.
     pub capture: Capture,
+    /// The file of a measured response, relative to the capture.
+    response: Option<String>,
     notes: Vec<Note>,
 }
 
@@ -47,7 +49,8 @@ impl Draft {
     #[must_use]
     pub fn new(name: &str, views: &[View], parts: &[Part], lights: Vec<Light>) -> Self {
         let camera = views.first().map_or_else(Camera::default, |view| view.camera.clone());
-        let mut draft = Self { capture: Capture { name: name.to_owned(), ..Capture::default() }, notes: Vec::new() };
+        let capture = Capture { name: name.to_owned(), ..Capture::default() };
+        let mut draft = Self { capture, response: None, notes: Vec::new() };
         draft.capture.photos = views
             .iter()
             .map(|view| Photo {
@@ -87,6 +90,14 @@ impl Draft {
             draft.guess("[[light]]", "lamp", "", "one lamp at the camera, of a brightness that is free to be fitted");
         }
         draft
+    }
+
+    /// Names the file of a measured response, relative to the capture: nothing about it is a guess any more.
+    pub fn measured_response(&mut self, file: &str) {
+        // What is not the default has a line, which `to_toml` fills in: the curve itself stays in its file.
+        self.capture.sensor.response = Response::Srgb;
+        self.response = Some(file.to_owned());
+        self.notes.retain(|note| (note.section, note.key) != ("[sensor]", "response"));
     }
 
     /// Marks `key` of a section (such as `[camera]` or `[[object]]`, by its `name` or `file`; empty for all) as guessed.
@@ -136,7 +147,12 @@ impl Draft {
             for note in notes.iter().filter(here) {
                 out.push_str(&format!("# {}\n", note.text.replace('\n', " ")));
             }
-            out.push_str(line);
+            match &self.response {
+                Some(file) if header == "[sensor]" && key == Some("response") => {
+                    out.push_str(&format!("response = {}", toml_text(file)));
+                }
+                _ => out.push_str(line),
+            }
             out.push('\n');
         }
     }

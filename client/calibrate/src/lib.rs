@@ -18,5 +18,5 @@ pub use adjust::{Calibration, PhotoFit, calibrate};
 pub use board::{Board, Corner};
 pub use draft::{Draft, Part, ring};
 pub use geometry::{Pose, project};
-pub use import::{bop, colmap, transforms};
+pub use import::{bop, colmap, colmap_binary, transforms};
 pub use view::{Imported, Located, View};

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // a test fails by panicking
 
-use gonio_calibrate::{Draft, Imported, View, bop, colmap, project, transforms};
+use gonio_calibrate::{Draft, Imported, View, bop, colmap, colmap_binary, project, transforms};
 use gonio_scene::Capture;
 use nalgebra::{Matrix4, Vector3, Vector4};
 
@@ -45,6 +45,77 @@ fn colmap_maps_the_world_to_the_camera() {
         let error = colmap(cameras, images).unwrap_err().to_string();
         assert!(error.starts_with(says), "{error}");
     }
+}
+
+/// The binary form of a camera `3` of model `model` and of an image `7` with `points` points.
+fn binary(model: u32, parameters: &[f64], points: u64) -> (Vec<u8>, Vec<u8>) {
+    let mut cameras = [&1_u64.to_le_bytes()[..], &3_u32.to_le_bytes(), &model.to_le_bytes()].concat();
+    cameras.extend([640_u64, 480].iter().flat_map(|side| side.to_le_bytes()));
+    cameras.extend(parameters.iter().flat_map(|number| number.to_le_bytes()));
+    let h = std::f64::consts::FRAC_1_SQRT_2;
+    let mut images = [&1_u64.to_le_bytes()[..], &7_u32.to_le_bytes()].concat();
+    images.extend([h, 0.0, 0.0, h, 0.1, 0.2, 2.0].iter().flat_map(|number| number.to_le_bytes()));
+    images.extend([&3_u32.to_le_bytes()[..], b"a b.jpg\0", &points.to_le_bytes()].concat());
+    images.extend(vec![7; 24 * points as usize]);
+    (cameras, images)
+}
+
+const OPENCV: [f64; 8] = [500.0, 510.0, 320.0, 240.0, 0.1, -0.02, 0.001, 0.002];
+
+#[test]
+fn colmaps_binary_model_says_what_its_text_says() {
+    let h = std::f64::consts::FRAC_1_SQRT_2;
+    let (cameras, images) = binary(4, &OPENCV, 2);
+    let imported = colmap_binary(&cameras, &images).unwrap();
+    let text = "3 OPENCV 640 480 500 510 320 240 0.1 -0.02 0.001 0.002\n";
+    let same = colmap(text, &format!("7 {h} 0 0 {h} 0.1 0.2 2 3 a b.jpg\n1 2 3 4 5 6\n")).unwrap();
+    assert_eq!(imported.views, same.views);
+    reads_back(&imported);
+    for (model, parameters) in [(0, 3), (1, 4), (2, 4), (3, 5)] {
+        let (cameras, images) = binary(model, &OPENCV[..parameters], 0);
+        assert_eq!(colmap_binary(&cameras, &images).unwrap().views.len(), 1);
+    }
+}
+
+#[test]
+fn broken_binary_models_are_refused_without_room_for_what_they_claim() {
+    let (cameras, images) = binary(4, &OPENCV, 2);
+    let refusal = |cameras: &[u8], images: &[u8]| colmap_binary(cameras, images).unwrap_err().to_string();
+    for length in 0..cameras.len() {
+        assert!(refusal(&cameras[..length], &images).starts_with("cameras.bin: "));
+    }
+    for length in 0..images.len() {
+        assert!(refusal(&cameras, &images[..length]).starts_with("images.bin: "));
+    }
+    assert!(refusal(&[&cameras[..], &[0]].concat(), &images).starts_with("cameras.bin: has 1 bytes more"));
+    assert!(refusal(&cameras, &[&images[..], &[0]].concat()).starts_with("images.bin: has 1 bytes more"));
+    let changed = |bytes: &[u8], at: usize, to: &[u8]| [&bytes[..at], to, &bytes[at + to.len()..]].concat();
+    let most = u64::MAX.to_le_bytes();
+    let points = images.len() - 48 - 8;
+    for (cameras, images, says) in [
+        (changed(&cameras, 0, &most), images.clone(), "cameras.bin: camera 1: ends before its number"),
+        (cameras.clone(), changed(&images, 0, &most), "images.bin: image 1: ends before its number"),
+        (cameras.clone(), changed(&images, points, &most), "images.bin: image 0: ends before its points"),
+        (
+            cameras.clone(),
+            changed(&images, points, &(u64::MAX / 24 + 1).to_le_bytes()),
+            "images.bin: image 0: ends before",
+        ),
+        (changed(&cameras, 12, &[99]), images.clone(), "cameras.bin: camera 0: is of model 99"),
+        (changed(&cameras, 16, &most), images.clone(), "cameras.bin: camera 0: is 18446744073709551615 pixels"),
+        (changed(&cameras, 16, &[0; 8]), images.clone(), "cameras.bin: camera 0: is 0 pixels"),
+        (changed(&cameras, 32, &f64::NAN.to_le_bytes()), images.clone(), "cameras.bin: camera 0: has a parameter"),
+        (changed(&cameras, 8, &[9]), images.clone(), "images.bin: image 0: has camera 3, not in cameras.bin"),
+        (cameras.clone(), changed(&images, 12, &f64::INFINITY.to_le_bytes()), "images.bin: image 0: has a pose"),
+        (cameras.clone(), changed(&images, 12, &[0; 8]), "images.bin: image 0: has a quaternion"),
+        (cameras.clone(), changed(&images, 72, &[0xff]), "images.bin: image 0: has no name"),
+        (cameras.clone(), 0_u64.to_le_bytes().to_vec(), "images.bin: lists no image"),
+    ] {
+        let error = refusal(&cameras, &images);
+        assert!(error.starts_with(says), "{says}: {error}");
+    }
+    let (fisheye, images) = binary(5, &OPENCV, 0);
+    assert!(refusal(&fisheye, &images).starts_with("cameras.bin: camera 0: is the model OPENCV_FISHEYE with 8"));
 }
 
 #[test]

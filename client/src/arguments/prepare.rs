@@ -89,10 +89,10 @@ fn depth(text: &str) -> Result<u8, String> {
 #[derive(Debug, Args)]
 pub struct PlanArguments {
     /// Degrees between neighbouring views: 15 gives 104
-    #[arg(long, value_name = "DEGREES", default_value_t = 15.0)]
+    #[arg(long, value_name = "DEGREES", default_value_t = 15.0, allow_hyphen_values = true)]
     pub interval: f64,
     /// Distance of the cameras from the part, in any unit
-    #[arg(long, value_name = "DISTANCE", default_value_t = 1.0)]
+    #[arg(long, value_name = "DISTANCE", default_value_t = 1.0, allow_hyphen_values = true)]
     pub radius: f64,
     /// File to write: .json, which `gonio composite` reads, or .csv
     #[arg(long, value_name = "VIEWS.json|.csv")]

@@ -78,7 +78,7 @@ impl Place {
         more: &serde_json::Value,
     ) -> std::result::Result<(), Failure> {
         let text = draft.to_toml()?;
-        Capture::parse(&text)?;
+        Capture::parse_beside(&text, &self.files())?;
         let output = Output::create(&self.dir, &[], &self.dir, &Capture::default())?;
         let path = output.write(CAPTURE_FILE, text.as_bytes())?;
         let capture = &draft.capture;

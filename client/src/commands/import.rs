@@ -3,14 +3,15 @@
 use super::draft::{Place, name_of, text};
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
-use gonio_calibrate::{Draft, Imported, Part, bop, colmap, transforms};
+use gonio_calibrate::{Draft, Imported, Part, bop, colmap, colmap_binary, transforms};
+use gonio_scene::files::{DirectoryFiles, Files};
 use gonio_scene::{Result, SceneError};
 use std::path::{Path, PathBuf};
 
 /// Who estimated the poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Source {
-    /// A folder with COLMAP's cameras.txt and images.txt
+    /// A folder with COLMAP's cameras.bin and images.bin, or cameras.txt and images.txt
     Colmap,
     /// A transforms.json of NeRF, instant-ngp or nerfstudio
     Transforms,
@@ -78,8 +79,16 @@ fn missing(name: &str, folders: &[PathBuf]) -> SceneError {
 }
 
 fn read_colmap(place: &Place, path: &Path, images: Option<&Path>) -> Result<Imported> {
-    let mend = "name a folder with cameras.txt and images.txt: `colmap model_converter --output_type TXT` writes them";
-    let mut imported = colmap(&text(path, "cameras.txt", mend)?, &text(path, "images.txt", mend)?)?;
+    // As COLMAP does: the binary model counts where both are there.
+    let binary = ["cameras.bin", "images.bin"].iter().any(|name| path.join(name).is_file());
+    let mend = "name a model's folder, with cameras.bin and images.bin or with cameras.txt and images.txt";
+    let mut imported = if binary {
+        let files = DirectoryFiles::new(path);
+        let bytes = |name: &str| files.read(name).map_err(|error| SceneError { mend: mend.to_owned(), ..error });
+        colmap_binary(&bytes("cameras.bin")?, &bytes("images.bin")?)?
+    } else {
+        colmap(&text(path, "cameras.txt", mend)?, &text(path, "images.txt", mend)?)?
+    };
     let above = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let folders = match images {
         Some(folder) => vec![folder.to_owned()],
@@ -89,10 +98,8 @@ fn read_colmap(place: &Place, path: &Path, images: Option<&Path>) -> Result<Impo
         let file = find(&folders, &view.file).ok_or_else(|| missing(&view.file, &folders))?;
         let (relative, size) = place.photo(&file)?;
         if size != (view.camera.width, view.camera.height) {
-            let problem = format!(
-                "is {} x {}, but {} x {} in cameras.txt",
-                size.0, size.1, view.camera.width, view.camera.height
-            );
+            let (width, height) = (view.camera.width, view.camera.height);
+            let problem = format!("is {} x {}, its camera in COLMAP's model {width} x {height}", size.0, size.1);
             let mend = "name the photos that COLMAP was given by --images";
             return Err(SceneError::new(relative, problem, mend));
         }

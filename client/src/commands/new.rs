@@ -5,7 +5,8 @@ use crate::failure::Failure;
 use crate::input::Input;
 use clap::Args;
 use gonio_calibrate::{Draft, Part, View, ring};
-use gonio_scene::capture::{Camera, Frame, Light, LightKind, Lobe};
+use gonio_scene::capture::{Camera, Frame, Light, LightKind, Lobe, ResponseCurve};
+use gonio_scene::files::Files;
 use gonio_scene::{SceneError, mesh};
 use std::path::{Path, PathBuf};
 
@@ -30,6 +31,9 @@ pub struct NewArguments {
     /// Environment map as the only light; absent, a lamp at the camera is guessed
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
+    /// Response curve of the photos' camera, as `gonio hdr` wrote it; absent, sRGB is guessed for 8-bit photos
+    #[arg(long, value_name = "MAP.response.json")]
+    pub response: Option<PathBuf>,
     /// Write the summary as one JSON object
     #[arg(long)]
     pub json: bool,
@@ -66,9 +70,26 @@ pub fn run(arguments: &NewArguments) -> Result<(), Failure> {
         draft.guess("[[photo]]", "", "camera_to_world", text);
     }
     if arguments.environment.is_some() {
-        draft.guess("[[light]]", "sky", "scale", "the map's own brightness; free light.sky.scale to fit it");
+        // A scale of 1 has no line of its own.
+        draft.guess("[[light]]", "sky", "", "the map's own brightness, scale = 1; free light.sky.scale to fit it");
+    }
+    if let Some(file) = &arguments.response {
+        draft.measured_response(&response(&place, file)?);
     }
     place.write(&draft, arguments.json, &serde_json::json!({}))
+}
+
+/// The file of a response curve as the capture names it.
+fn response(place: &Place, file: &Path) -> Result<String, SceneError> {
+    let at = file.display().to_string();
+    let relative = place.relative(file)?;
+    let refuse = |problem: &str| SceneError::new(&at, problem, "name a .response.json that `gonio hdr` wrote");
+    if file.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("json")) {
+        return Err(refuse("has a name that does not end with .json").at("--response"));
+    }
+    let bytes = place.files().read(&relative)?;
+    ResponseCurve::from_json(&at, std::str::from_utf8(&bytes).map_err(|_| refuse("is no UTF-8 text"))?)?;
+    Ok(relative)
 }
 
 /// The parts, with the centre and radius of all, metres.

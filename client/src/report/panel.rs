@@ -60,7 +60,7 @@ impl Panel {
         }
         let counting = || photograph.image.pixels.iter().zip(&photograph.counts).filter(|(_, counts)| **counts);
         let brightest = counting().map(|(pixel, _)| pixel.iter().copied().fold(0.0, f32::max)).collect();
-        let tone = Tone::of(brightest, capture.sensor.response);
+        let tone = Tone::of(brightest, &capture.sensor.response);
         let block = width.div_ceil(WIDEST);
         let render = SensorStage::of(capture, statistics.photo).photo_values(film);
         let cells = cells(photograph, &render, &capture.sensor, block);

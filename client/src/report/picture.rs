@@ -2,7 +2,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use gonio_scene::capture::Response;
+use gonio_scene::capture::{Response, srgb};
 use gonio_scene::image::encode_png8;
 
 /// The residual's colours reach to plus and minus so many standard deviations.
@@ -35,8 +35,8 @@ pub(super) struct Tone {
 
 impl Tone {
     /// A tone that shows all but the brightest hundredth of `values`, which count, without clipping; in tenths of a stop.
-    pub fn of(mut values: Vec<f32>, response: Response) -> Self {
-        if response == Response::Srgb {
+    pub fn of(mut values: Vec<f32>, response: &Response) -> Self {
+        if !response.is_linear() {
             return Self { stops: 0.0, encode: false };
         }
         let place = values.len().saturating_sub(1) * 99 / 100;
@@ -48,7 +48,7 @@ impl Tone {
     /// A photo value on the screen.
     pub fn show(self, value: f64) -> u8 {
         let light = value * self.stops.exp2();
-        let encoded = if self.encode { Response::Srgb.apply(light.clamp(0.0, 1.0)).0 } else { light };
+        let encoded = if self.encode { srgb(light.clamp(0.0, 1.0)).0 } else { light };
         byte(encoded * 255.0)
     }
 }
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn the_brightest_values_reach_white() {
         let values: Vec<f32> = (0..=100).map(|i| i as f32 * 0.0025).collect();
-        let tone = Tone::of(values, Response::Linear);
+        let tone = Tone::of(values, &Response::Linear);
         assert_eq!(tone.stops, 2.0);
         assert_eq!((tone.show(0.25), tone.show(0.0), tone.show(-1.0)), (255, 0, 0));
         // sRGB of 0.5 is 0.7354.
@@ -146,8 +146,8 @@ mod tests {
 
     #[test]
     fn encoded_photos_stay_as_they_are() {
-        let tone = Tone::of(vec![0.1; 4], Response::Srgb);
+        let tone = Tone::of(vec![0.1; 4], &Response::Srgb);
         assert_eq!(tone.show(0.5), 128);
-        assert_eq!(Tone::of(Vec::new(), Response::Linear).stops, 0.0);
+        assert_eq!(Tone::of(Vec::new(), &Response::Linear).stops, 0.0);
     }
 }

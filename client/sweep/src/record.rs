@@ -31,7 +31,7 @@ pub struct Record {
 impl Record {
     /// The record of a frame whose photo values are `film`.
     #[must_use]
-    pub fn of(digest: String, film: &Film, response: Response, invalid_samples: u64, seconds: f64) -> Self {
+    pub fn of(digest: String, film: &Film, response: &Response, invalid_samples: u64, seconds: f64) -> Self {
         let mut sha = Sha256::new();
         let mut mean = [0.0; 3];
         for (mean, channel) in mean.iter_mut().zip(&film.channels) {

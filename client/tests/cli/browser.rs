@@ -1,21 +1,16 @@
 //! The reports in a real browser, where this machine has one: they parse, no script or style fails, nothing is fetched.
 
+use crate::devtools::{HEADLESS, NAMES, browser};
 use crate::fixture::{photographed, succeeds};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
-
-const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-
-fn browser() -> Option<PathBuf> {
-    let path = std::env::var_os("PATH")?;
-    std::env::split_paths(&path).flat_map(|folder| NAMES.map(|name| folder.join(name))).find(|file| file.is_file())
-}
 
 /// The page's document once it is loaded, and what the browser has to say.
 fn open(browser: &Path, page: &Path) -> (String, String) {
     let profile = tempfile::tempdir().unwrap();
     let output = Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--enable-logging=stderr"])
+        .args(HEADLESS)
+        .arg("--enable-logging=stderr")
         .arg(format!("--user-data-dir={}", profile.path().display()))
         .arg("--dump-dom")
         .arg(format!("file://{}", page.display()))

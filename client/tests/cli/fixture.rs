@@ -1,5 +1,7 @@
 //! A small capture of two objects, made by the test itself, and the binary that works on it.
 
+use gonio_scene::Capture;
+use gonio_scene::files::DirectoryFiles;
 use gonio_scene::image::{Image, write_exr, write_png8};
 use gonio_scene::mesh::{Mesh, write_ply};
 use std::f64::consts::PI;
@@ -41,6 +43,18 @@ pub fn succeeds(at: &Path, arguments: &[&str]) -> String {
     assert_eq!(output.status.code(), Some(0), "{arguments:?}: {stderr}");
     assert!(!stderr.contains("panicked"), "{stderr}");
     String::from_utf8(output.stdout).unwrap()
+}
+
+/// Runs `gonio`, which must refuse its input in plain words that contain all of `says`.
+pub fn refused(at: &Path, arguments: &[&str], says: &[&str]) {
+    let output = gonio(at, arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    assert!(stderr.lines().any(|line| line.starts_with("error: ")), "{arguments:?}: {stderr}");
+    for text in says {
+        assert!(stderr.contains(text), "{arguments:?}: no \"{text}\" in: {stderr}");
+    }
 }
 
 /// The JSON object that is all of a command's standard output.
@@ -94,6 +108,16 @@ pub fn blinded(top: TempDir) -> TempDir {
         edit(&capture_file(&top), &file, &format!("{file}lights = [\"led\"{blast}]\n"));
     }
     top
+}
+
+/// Writes a photo of one gray.
+pub fn gray_png(file: &Path, width: u32, height: u32) {
+    write_png8(file, width, height, &vec![[90; 3]; (width * height) as usize]).unwrap();
+}
+
+/// The capture in a folder.
+pub fn capture(at: &Path) -> Capture {
+    Capture::read(&DirectoryFiles::new(at)).unwrap()
 }
 
 /// Replaces `from`, which must be there, in the text file `path`.

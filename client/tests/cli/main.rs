@@ -5,13 +5,21 @@
 // A fixture's ball may differ in its last bits from machine to machine.
 #![allow(clippy::disallowed_methods)]
 
+mod board;
 mod bop;
 mod broken;
 mod browser;
 mod check;
+mod devtools;
+mod dprime;
+mod exposures;
 mod fit;
 mod fixture;
+mod hdr;
+mod imports;
 mod interrupt;
+mod matte;
+mod page;
 mod render;
 mod study;
 mod sweep;

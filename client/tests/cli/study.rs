@@ -7,15 +7,29 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Stdio};
 
-fn serve(at: &Path) -> (Child, String) {
-    let arguments =
-        ["study", "real/a.png", "synthetic/b.png", "--out", "answers.csv", "--listen", "127.0.0.1:0", "--json"];
+/// Serves `images` at an address, and tells the host and port.
+pub fn serve_at(at: &Path, images: &[String], listen: &str) -> (Child, String) {
+    let images: Vec<&str> = images.iter().map(String::as_str).collect();
+    let arguments = [&["study"], &images[..], &["--out", "answers.csv", "--listen", listen, "--json"]].concat();
     let mut child = command(at, &arguments).stdout(Stdio::piped()).spawn().unwrap();
     let mut line = String::new();
     BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
     let told: serde_json::Value = serde_json::from_str(&line).unwrap();
     let host = told["url"].as_str().unwrap().trim_start_matches("http://").trim_end_matches('/').to_owned();
     (child, host)
+}
+
+/// So many images, alternately real and synthetic.
+pub fn shown(at: &Path, count: usize) -> Vec<String> {
+    for folder in ["real", "synthetic"] {
+        std::fs::create_dir(at.join(folder)).unwrap();
+    }
+    let image = |k: usize| {
+        let name = format!("{}/{k}.png", if k % 2 == 0 { "real" } else { "synthetic" });
+        write_png8(&at.join(&name), 320, 240, &vec![[40 * k as u8; 3]; 320 * 240]).unwrap();
+        name
+    };
+    (0..count).map(image).collect()
 }
 
 fn post(host: &str, path: &str, body: &str, origin: &str) -> String {
@@ -31,11 +45,8 @@ fn post(host: &str, path: &str, body: &str, origin: &str) -> String {
 #[test]
 fn answers_survive_a_kill_of_the_server() {
     let top = tempfile::tempdir().unwrap();
-    for (folder, file) in [("real", "a.png"), ("synthetic", "b.png")] {
-        std::fs::create_dir(top.path().join(folder)).unwrap();
-        write_png8(&top.path().join(folder).join(file), 2, 2, &[[9; 3]; 4]).unwrap();
-    }
-    let (mut server, host) = serve(top.path());
+    let images = shown(top.path(), 2);
+    let (mut server, host) = serve_at(top.path(), &images, "127.0.0.1:0");
     let own = format!("http://{host}");
     assert!(post(&host, "/begin", r#"{"observer":"Ann"}"#, &own).contains(r#""position":0"#));
     let answer = r#"{"observer":"Ann","position":0,"rating":4}"#;
@@ -48,8 +59,8 @@ fn answers_survive_a_kill_of_the_server() {
     let table = top.path().join("answers.csv");
     let before = std::fs::read_to_string(&table).unwrap();
     assert!(before.lines().count() == 2 && before.contains("Ann,") && before.ends_with(",4\n"), "{before}");
-    std::fs::write(&table, format!("{before}Ann,b.p")).unwrap();
-    let (mut server, host) = serve(top.path());
+    std::fs::write(&table, format!("{before}Ann,1.p")).unwrap();
+    let (mut server, host) = serve_at(top.path(), &images, "127.0.0.1:0");
     let state = post(&host, "/begin", r#"{"observer":"Ann"}"#, &format!("http://{host}"));
     assert!(state.contains(r#""position":1"#), "{state}");
     assert_eq!(std::fs::read_to_string(&table).unwrap(), before);

@@ -6,7 +6,7 @@
 //! ```text
 //! l   = (1 + k1 r^2 + k2 r^4) e                 vignetting
 //! x_c = l_c + sum over k != c of crosstalk_ck l_k
-//! y   = response(x)
+//! y   = response_c(x)
 //! y   = y^gamma where y > 0
 //! y   = min(y + black_level, clip_level)
 //! ```
@@ -52,7 +52,7 @@ impl SensorStage {
         let (width, height) = (f64::from(camera.width), f64::from(camera.height));
         Self {
             reflectance: None,
-            response: sensor.response,
+            response: sensor.response.clone(),
             vignetting: (sensor.vignetting != [0.0; 2]).then_some(sensor.vignetting),
             mix: (sensor.crosstalk != [0.0; 6]).then_some([[1.0, rg, rb], [gr, 1.0, gb], [br, bg, 1.0]]),
             black_level: sensor.black_level,
@@ -89,11 +89,12 @@ impl SensorStage {
         let mut photo = PhotoValue { value: [0.0; 3], slope: [[0.0; 3]; 3] };
         for c in 0..3 {
             let Some(mix) = &self.mix else {
-                let (value, slope) = self.curve(light[c]);
+                let (value, slope) = self.curve(c, light[c]);
                 (photo.value[c], photo.slope[c][c]) = (value, slope * share);
                 continue;
             };
-            let (value, slope) = self.curve(mix[c][0] * light[0] + mix[c][1] * light[1] + mix[c][2] * light[2]);
+            let mixed = mix[c][0] * light[0] + mix[c][1] * light[1] + mix[c][2] * light[2];
+            let (value, slope) = self.curve(c, mixed);
             (photo.value[c], photo.slope[c]) = (value, mix[c].map(|part| slope * share * part));
         }
         photo
@@ -125,11 +126,11 @@ impl SensorStage {
     }
 
     /// The value for a channel's light, and its slope.
-    fn curve(&self, light: f64) -> (f64, f64) {
+    fn curve(&self, channel: usize, light: f64) -> (f64, f64) {
         if let Some(reflectance) = &self.reflectance {
             return reflectance.value(light);
         }
-        let (mut value, mut slope) = self.response.apply(light);
+        let (mut value, mut slope) = self.response.apply(channel, light);
         if self.gamma != 1.0 && value > 0.0 {
             let power = libm::pow(value, self.gamma);
             slope *= self.gamma * power / value;
@@ -163,9 +164,9 @@ mod tests {
     #[test]
     fn null_values_leave_the_response_alone_to_the_last_bit() {
         for response in [Response::Linear, Response::Srgb] {
-            let found = value(&Sensor { response, ..Sensor::default() }, NULL);
+            let found = value(&Sensor { response: response.clone(), ..Sensor::default() }, NULL);
             for (c, exposed) in NULL.into_iter().enumerate() {
-                let (value, slope) = response.apply(exposed);
+                let (value, slope) = response.apply(c, exposed);
                 assert_eq!((found.value[c].to_bits(), found.slope[c][c].to_bits()), (value.to_bits(), slope.to_bits()));
                 assert_eq!(found.slope[c].iter().filter(|s| **s == 0.0).count(), 2);
             }

@@ -3,7 +3,7 @@
 use super::{Digest, Result, WireError, at_most, named};
 use crate::{limits, wire};
 use bytes::Bytes;
-use gonio_scene::capture::CAPTURE_FILE;
+use gonio_scene::capture::{CAPTURE_FILE, Response};
 use gonio_scene::files::Files;
 use gonio_scene::{Assets, Capture, SceneError, mesh};
 use prost::Message;
@@ -84,8 +84,12 @@ pub struct Packed {
 /// # Errors
 /// A capture that cannot be parsed; a mesh or map that cannot be read.
 pub fn pack(files: &dyn Files) -> gonio_scene::Result<Packed> {
-    let toml = Bytes::from_owner(files.read(CAPTURE_FILE)?);
     let capture = Capture::read(files)?;
+    let toml = match capture.sensor.response {
+        // The file behind the curve stays here: whoever makes photo values has it in the text.
+        Response::Curve(_) => capture.to_toml()?.into(),
+        _ => Bytes::from_owner(files.read(CAPTURE_FILE)?),
+    };
     let mut listed = BTreeMap::new();
     let mut add = |path: &str| -> gonio_scene::Result<()> {
         if !listed.contains_key(path) {
@@ -173,6 +177,24 @@ mod tests {
         let absent: Vec<_> = packed.absent.iter().map(|(index, error)| (*index, error.file.as_str())).collect();
         assert_eq!(absent, [(0, "photos/00.exr"), (1, "mask.png")]);
         assert_eq!(pack(&files(&[CAPTURE_FILE, "part.gltf", "sky.hdr"])).unwrap_err().file, "part.bin");
+    }
+
+    #[test]
+    fn a_measured_response_travels_inside_of_the_text() {
+        let mut with = files(&[]);
+        let toml = TOML.replacen("[[material]]", "[sensor]\nresponse = \"r.json\"\n[[material]]", 1);
+        with.0.insert(CAPTURE_FILE.into(), Arc::from(toml.as_bytes()));
+        let error = pack(&with).unwrap_err();
+        assert_eq!((error.file.as_str(), error.key.as_deref()), ("r.json", Some("sensor.response")));
+        let table: Vec<f64> = (0..256).map(|code| (f64::from(code) + 0.1).ln() / 3.0).collect();
+        let curve = gonio_scene::capture::ResponseCurve::new([table.clone(), table.clone(), table]).unwrap();
+        with.0.insert("r.json".into(), Arc::from(curve.to_json().as_bytes()));
+        let packed = pack(&with).unwrap();
+        assert!(!packed.manifest.files.contains_key("r.json"));
+        // What a coordinator reads is what is here, to the last bit.
+        let there = Capture::parse(std::str::from_utf8(&packed.manifest.toml).unwrap()).unwrap();
+        assert_eq!(there, Capture::read(&with).unwrap());
+        assert_eq!(there.sensor.response, Response::Curve(Arc::new(curve)));
     }
 
     #[test]

@@ -5,5 +5,5 @@ mod colmap;
 mod transforms;
 
 pub use bop::bop;
-pub use colmap::colmap;
+pub use colmap::{colmap, colmap_binary};
 pub use transforms::transforms;

@@ -1,5 +1,6 @@
 //! A stack merged to radiance.
 
+use super::ghost;
 use super::response::Response;
 use super::solve::hat;
 use super::stack::Stack;
@@ -7,12 +8,8 @@ use gonio_scene::image::Image;
 use rayon::prelude::*;
 
 /// Largest value that is not saturated, and smallest above the noise floor: codes 250 and 4 of 255.
-const SATURATED: f32 = 250.5 / 255.0;
-const FLOOR: f32 = 3.5 / 255.0;
-/// Disagreement in ln(radiance), beside five standard deviations of a code, beyond which something moved.
-const MOVED: f64 = 0.35;
-/// And in value: ten codes.
-const MOVED_VALUE: f32 = 10.0 / 255.0;
+pub(super) const SATURATED: f32 = 250.5 / 255.0;
+pub(super) const FLOOR: f32 = 3.5 / 255.0;
 /// A pixel's noise in codes, at least: rounding and what is usual for 8-bit files.
 const NOISE_CODES: f64 = 1.0;
 
@@ -44,14 +41,32 @@ pub struct Merged {
 
 /// Merges a stack: E = sum w E_j / sum w over the exposed shots. A weight is the inverse variance of E_j times Debevec and
 /// Malik's hat, both at the value that a first, median estimate predicts: weights from the measured value would pull the
-/// mean. A shot that contradicts the median beyond its noise is left out of the pixel: something moved.
+/// mean. A shot in which something moved at a pixel is left out there.
 pub fn merge(stack: &Stack, response: &Response) -> Merged {
     let (width, height) = stack.size();
     let times = stack.log_times();
-    let results: Vec<([f32; 3], Mark)> =
-        (0..width * height).into_par_iter().map(|pixel| merge_pixel(stack, response, &times, pixel)).collect();
+    let reference: Vec<[f32; 3]> = (0..width * height)
+        .into_par_iter()
+        .map(|pixel| {
+            let values = values(stack, pixel);
+            std::array::from_fn(|c| median(response, &times, &values, c).map_or(f32::NAN, |median| median as f32))
+        })
+        .collect();
+    let moved: Vec<Vec<bool>> = (0..times.len()).map(|shot| ghost::moved(stack, response, shot, &reference)).collect();
+    let results: Vec<([f32; 3], Mark)> = (0..width * height)
+        .into_par_iter()
+        .map(|pixel| {
+            let left_out: Vec<bool> = moved.iter().map(|shot| shot[pixel]).collect();
+            merge_pixel(response, &times, &values(stack, pixel), reference[pixel], &left_out)
+        })
+        .collect();
     let (pixels, marks) = results.into_iter().unzip();
     Merged { radiance: Image { width: width as u32, height: height as u32, pixels }, marks, useless: useless(stack) }
+}
+
+/// A pixel's value in every shot.
+fn values(stack: &Stack, pixel: usize) -> Vec<Option<[f32; 3]>> {
+    (0..stack.shots().len()).map(|shot| stack.value(shot, pixel)).collect()
 }
 
 fn useless(stack: &Stack) -> Vec<(String, Mark)> {
@@ -74,23 +89,23 @@ fn useless(stack: &Stack) -> Vec<(String, Mark)> {
     useless
 }
 
-fn merge_pixel(stack: &Stack, response: &Response, times: &[f64], pixel: usize) -> ([f32; 3], Mark) {
-    let values: Vec<Option<[f32; 3]>> = (0..times.len()).map(|shot| stack.value(shot, pixel)).collect();
+fn merge_pixel(
+    response: &Response,
+    times: &[f64],
+    values: &[Option<[f32; 3]>],
+    reference: [f32; 3],
+    moved: &[bool],
+) -> ([f32; 3], Mark) {
     if values.iter().all(Option::is_none) {
         return ([0.0; 3], Mark::Outside);
     }
-    let reference: [Option<f64>; 3] = std::array::from_fn(|c| median(response, times, &values, c));
-    let moved: Vec<bool> = (0..times.len())
-        .map(|shot| {
-            (0..3).any(|c| values[shot].is_some_and(|v| contradicts(response, times[shot], v[c], reference[c], c)))
-        })
-        .collect();
     let mut mark = if moved.contains(&true) { Mark::Moved } else { Mark::Good };
     let mut radiance = [0.0_f32; 3];
     for c in 0..3 {
-        let (value, found) = match reference[c] {
-            Some(reference) => (mean(response, times, &values, &moved, c, reference), Mark::Good),
-            None => bound(response, times, &values, c),
+        let (value, found) = if reference[c].is_nan() {
+            bound(response, times, values, c)
+        } else {
+            (mean(response, times, values, moved, c, f64::from(reference[c])), Mark::Good)
         };
         radiance[c] = value as f32;
         mark = mark.max(found);
@@ -98,12 +113,13 @@ fn merge_pixel(stack: &Stack, response: &Response, times: &[f64], pixel: usize) 
     (radiance, mark)
 }
 
-fn exposed(value: f32) -> bool {
+/// Whether a value is neither saturated nor below the noise floor.
+pub(super) fn exposed(value: f32) -> bool {
     (FLOOR..=SATURATED).contains(&value)
 }
 
 /// Standard deviation of ln(radiance) from one value.
-fn deviation(response: &Response, channel: usize, value: f32) -> f64 {
+pub(super) fn deviation(response: &Response, channel: usize, value: f32) -> f64 {
     response.slope(channel, value) * NOISE_CODES
 }
 
@@ -128,16 +144,6 @@ fn median(response: &Response, times: &[f64], values: &[Option<[f32; 3]>], c: us
         }
     }
     None
-}
-
-/// Whether a shot's value cannot come from the radiance that the median says.
-fn contradicts(response: &Response, time: f64, value: f32, reference: Option<f64>, c: usize) -> bool {
-    let Some(reference) = reference.filter(|_| exposed(value)) else { return false };
-    let predicted = response.value(c, reference + time).clamp(FLOOR, SATURATED);
-    let noise = deviation(response, c, value).max(deviation(response, c, predicted));
-    // Where the curve is steep, such as in a film's fog, a few codes are a large ratio, and nothing moved.
-    (value - predicted).abs() > MOVED_VALUE
-        && (response.log_exposure(c, value) - time - reference).abs() > MOVED + 5.0 * noise
 }
 
 fn mean(

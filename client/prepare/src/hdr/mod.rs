@@ -4,8 +4,10 @@
 pub mod align;
 mod exif;
 mod filled;
+mod ghost;
 mod merge;
 mod orient;
+mod patches;
 mod plot;
 mod preview;
 mod region;

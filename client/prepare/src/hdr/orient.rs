@@ -28,7 +28,7 @@ pub fn orient(file: &str, map: &Image, orientation: Orientation) -> Result<Image
     // x ahead, y to the right, z up: where the camera saw what a level camera sees in a direction.
     let turned = Rotation3::from_axis_angle(&Vector3::z_axis(), angle(orientation.turn));
     let pitched = Rotation3::from_axis_angle(&Vector3::y_axis(), angle(orientation.pitch));
-    let rolled = Rotation3::from_axis_angle(&Vector3::x_axis(), -angle(orientation.roll));
+    let rolled = Rotation3::from_axis_angle(&Vector3::x_axis(), angle(orientation.roll));
     let rotation = rolled * pitched * turned;
     let (width, height) = (map.width as usize, map.height as usize);
     let pixels = (0..width * height)
@@ -98,6 +98,15 @@ mod tests {
         // The front was tilted up: what it saw in the middle, the level camera sees 20 degrees above the horizon.
         let above = ((90.0 - 20.0) / 180.0 * 64.0) as usize;
         assert!((there.pixels[64 + 128 * above][2] - map.pixels[64 + 128 * 32][2]).abs() < 0.06);
+        // A camera that leans to its right sees the zenith to its left, and what is level on its right above its horizon.
+        let mut leaning = Image { width: 128, height: 64, pixels: vec![[0.0; 3]; 128 * 64] };
+        let row = ((90.0 - 60.0) / 180.0 * 64.0) as usize;
+        for k in [row * 128 + 31, row * 128 + 32, (row + 1) * 128 + 31, (row + 1) * 128 + 32] {
+            leaning.pixels[k] = [1.0; 3];
+        }
+        let level = orient("map", &leaning, Orientation { roll: 30.0, ..Orientation::default() })?;
+        let brightest = (0..128 * 64).max_by(|&a, &b| level.pixels[a][0].total_cmp(&level.pixels[b][0]));
+        assert!(brightest.is_some_and(|k| k < 3 * 128), "{brightest:?}");
         assert!(
             orient("map", &Image { width: 3, height: 3, pixels: vec![[0.0; 3]; 9] }, Orientation::default()).is_err()
         );

@@ -1,14 +1,14 @@
 //! A camera's response curve.
 
 use gonio_scene::SceneError;
-use serde::{Deserialize, Serialize};
+use gonio_scene::capture::{ResponseCurve, curve::CODES};
 
 /// Entries of a curve: the codes of an 8-bit file.
-pub const LEVELS: usize = 256;
+pub const LEVELS: usize = CODES;
 
-/// For every channel g(z) = ln(exposure) at code z = 255 * value (Debevec and Malik 1997, equation 2); g(128) = 0 where it
-/// was learnt, so that exposures are relative. Rises strictly.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// For every channel g(z) = ln(exposure) at code z = 255 * value (Debevec and Malik 1997, equation 2); 0 about code 128
+/// where it was learnt, so that exposures are relative. Rises strictly.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     /// ln(exposure) at codes 0..=255 of red, green, blue.
     pub log_exposure: [Vec<f64>; 3],
@@ -54,22 +54,12 @@ impl Response {
     /// # Errors
     /// The text is no such curve, a table has not 256 entries, is not finite, or does not rise.
     pub fn from_json(file: &str, text: &str) -> Result<Self, SceneError> {
-        let mend = "name a response.json that `gonio hdr` wrote";
-        let curve: Self = serde_json::from_str(text)
-            .map_err(|error| SceneError::new(file, format!("is no response: {error}"), mend))?;
-        for (table, name) in curve.log_exposure.iter().zip(["red", "green", "blue"]) {
-            let rises = table.windows(2).all(|pair| pair[1] > pair[0]);
-            if table.len() != LEVELS || !table.iter().all(|g| g.is_finite()) || !rises {
-                let problem = format!("its {name} curve is not {LEVELS} numbers that rise");
-                return Err(SceneError::new(file, problem, mend).at("log_exposure"));
-            }
-        }
-        Ok(curve)
+        Ok(Self { log_exposure: ResponseCurve::from_json(file, text)?.into_tables() })
     }
 
-    /// The curve as JSON text: `{"log_exposure": [[256 numbers], ...]}`.
+    /// The curve as JSON text, `{"log_exposure": [[256 numbers], ...]}`: what a capture's `response` reads, too.
     pub fn to_json(&self) -> String {
-        serde_json::json!(self).to_string()
+        serde_json::json!({ "log_exposure": self.log_exposure }).to_string()
     }
 }
 

@@ -1,24 +1,35 @@
 //! The response curve from a stack.
 
+use super::patches::{Patch, patches};
 use super::region::Region;
 use super::response::{LEVELS, Response, place};
 use super::stack::Stack;
 use gonio_scene::SceneError;
 use nalgebra::{DMatrix, DVector};
 
-/// Patches that the curve is learnt from.
-const SAMPLES: usize = 3000;
-/// Weight of the curve's second difference (lambda of equation 3), as a part of the data's.
-const SMOOTHNESS: f64 = 2e-3;
+/// Weight of the second difference of what the curve has beside the plain one (lambda of equation 3), as a part of the
+/// data's.
+const SMOOTHNESS: f64 = 0.2;
 /// Residual, in ln(exposure), beyond which an observation counts less: what moved must not shape the curve.
 const OUTLYING: f64 = 0.1;
 
-/// A patch's value by shot; none where it is saturated, dark, or outside of the frame.
-pub(super) type Patch = Vec<Option<f32>>;
+/// Codes to either side of the middle one that say where a curve passes it.
+const ABOUT_MIDDLE: usize = 32;
+
+/// The value at code 128 of the parabola that fits a curve about it best (Savitzky and Golay's weights). The channels'
+/// units hang on it: a single code's value has an error of half a per cent, by which the map would be tinted.
+fn centre(g: &[f64]) -> f64 {
+    let m = ABOUT_MIDDLE as f64;
+    let norm = (2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0);
+    let about = g[128 - ABOUT_MIDDLE..=128 + ABOUT_MIDDLE].iter().enumerate();
+    let weight = |j: f64| (3.0 * (3.0 * m * m + 3.0 * m - 1.0) - 15.0 * j * j) / norm;
+    about.map(|(k, value)| weight(k as f64 - m) * value).sum()
+}
 
 /// Learns the response of all three channels from the `region` of a stack: minimises
-/// sum w(z)^2 [g(z_ij) - ln E_i - ln t_j]^2 + lambda^2 sum w(z)^2 g''(z)^2 (Debevec and Malik 1997, equation 3) with
-/// g(128) = 0, reweighted so that few patches that moved do not matter.
+/// sum w(z)^2 [g(z_ij) - ln E_i - ln t_j]^2 + lambda^2 sum w(z)^2 (g - p)''(z)^2 (Debevec and Malik 1997, equation 3, where
+/// p, the curve of six parameters that fits best, is 0) with g = 0 about code 128, reweighted so that few patches that moved
+/// do not matter.
 ///
 /// # Errors
 /// No part of the region is exposed in two shots.
@@ -42,63 +53,6 @@ pub fn calibrate(stack: &Stack, region: Region) -> Result<Response, SceneError> 
     let mut tables = tables.into_iter();
     let mut next = || tables.next().unwrap_or_default();
     Ok(Response::new([next(), next(), next()]))
-}
-
-/// Smooth 3 x 3 patches of the region that are exposed in two or more shots, spread over the brightnesses. Their mean has
-/// a third of a pixel's noise, which would bend the curve.
-pub(super) fn patches(stack: &Stack, region: Region, channel: usize) -> Vec<Patch> {
-    let (width, height) = stack.size();
-    let [left, top, right, bottom] = region.bounds(width, height);
-    let (left, top) = (left.max(1), top.max(1));
-    let (right, bottom) = (right.min(width - 1), bottom.min(height - 1));
-    let area = right.saturating_sub(left) * bottom.saturating_sub(top);
-    // About twenty times as many as are kept: enough to be choosy.
-    let step = (libm::sqrt(area as f64 / (20.0 * SAMPLES as f64)) as usize).max(1);
-    let mut found: Vec<(f64, f64, Patch)> = Vec::new();
-    for y in (top..bottom).step_by(step) {
-        for x in (left..right).step_by(step) {
-            let (mut roughness, mut brightness) = (0.0_f64, 0.0);
-            let patch: Patch = (0..stack.shots().len())
-                .map(|shot| {
-                    let (mean, spread) = patch(stack, shot, channel, x, y)?;
-                    brightness += mean;
-                    if !(0.012..=0.98).contains(&mean) {
-                        return None;
-                    }
-                    roughness = roughness.max(spread);
-                    Some(mean as f32)
-                })
-                .collect();
-            if patch.iter().flatten().count() >= 2 {
-                found.push((roughness, brightness, patch));
-            }
-        }
-    }
-    found.sort_by(|a, b| a.1.total_cmp(&b.1));
-    // Of every run of equally bright patches the smoothest are taken.
-    let run = found.len().div_ceil(SAMPLES / 10).max(1);
-    let mut kept = Vec::with_capacity(SAMPLES);
-    for run in found.chunks_mut(run) {
-        run.sort_by(|a, b| a.0.total_cmp(&b.0));
-        kept.extend(run.iter().take(10).map(|(_, _, patch)| patch.clone()));
-    }
-    kept
-}
-
-/// Mean and range of the 3 x 3 pixels about (x, y); none where one of them is clipped or outside of the frame.
-fn patch(stack: &Stack, shot: usize, channel: usize, x: usize, y: usize) -> Option<(f64, f64)> {
-    let (width, _) = stack.size();
-    let (mut sum, mut least, mut most) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
-    for row in y - 1..=y + 1 {
-        for column in x - 1..=x + 1 {
-            let value = f64::from(stack.value(shot, row * width + column)?[channel]);
-            sum += value;
-            least = least.min(value);
-            most = most.max(value);
-        }
-    }
-    // A clipped pixel would pull its patch's mean.
-    (least > 0.004 && most < 0.994).then_some((sum / 9.0, most - least))
 }
 
 /// Debevec and Malik's hat: how much a value 0..1 is trusted.
@@ -131,6 +85,23 @@ pub(super) fn solve(patches: &[Patch], log_times: &[Option<f64>]) -> Vec<f64> {
         g = least_squares(patches, log_times, Some(&g));
     }
     g
+}
+
+/// The curve of few parameters that the data's normal equations like best: a power law, a polynomial and a shoulder,
+/// a + b ln(v) + c v + d v^2 + e v^3 + f ln(1.1 - v) of a value v. Exposures a whole stop apart say nothing of a wave of
+/// that period on the curve, and a plain smoothness would choose one that straightens the curve's steep foot; this has none.
+fn plain(normal: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+    let value = |k: usize| (k as f64 + 0.5) / LEVELS as f64;
+    let terms: [fn(f64) -> f64; 6] = [|_| 1.0, libm::log, |v| v, |v| v * v, |v| v * v * v, |v| libm::log(1.1 - v)];
+    let mut basis = DMatrix::from_fn(LEVELS, terms.len(), |k, term| terms[term](value(k)));
+    for mut column in basis.column_iter_mut() {
+        let norm = column.norm();
+        column.unscale_mut(norm);
+    }
+    let small = basis.transpose() * normal * &basis;
+    let largest = small.diagonal().max();
+    let shares = small.svd(true, true).solve(&(basis.transpose() * right), 1e-10 * largest);
+    shares.map_or_else(|_| DVector::zeros(LEVELS), |shares| basis * shares)
 }
 
 /// One solution of equation 3: the patches' ln E are eliminated, which leaves 256 unknowns however many patches there are.
@@ -172,11 +143,14 @@ fn least_squares(patches: &[Patch], log_times: &[Option<f64>], previous: Option<
         }
     }
     let scale = total.max(1.0) / LEVELS as f64;
+    let plain = plain(&normal, &right);
     for k in 1..LEVELS - 1 {
         let hat = hat(k as f32 / 255.0).max(0.02);
         // In codes over 16, so that the weight reads as a part of the data's.
         let smooth = SMOOTHNESS * scale * hat * hat * 256.0;
+        let bend = plain[k - 1] - 2.0 * plain[k] + plain[k + 1];
         for (a, left) in [(k - 1, 1.0), (k, -2.0), (k + 1, 1.0)] {
+            right[a] += smooth * left * bend;
             for (b, other) in [(k - 1, 1.0), (k, -2.0), (k + 1, 1.0)] {
                 normal[(a, b)] += smooth * left * other;
             }
@@ -193,6 +167,6 @@ fn least_squares(patches: &[Patch], log_times: &[Option<f64>], previous: Option<
         || (0..LEVELS).map(|k| (k as f64 - 128.0) / 64.0).collect(),
         |solution| solution.iter().copied().collect(),
     );
-    let middle = g[128];
+    let middle = centre(&g);
     g.into_iter().map(|value| value - middle).collect()
 }

@@ -1,8 +1,9 @@
 //! Exposure times that the photos contradict.
 
+use super::patches::{Patch, patches};
 use super::region::Region;
 use super::response::Response;
-use super::solve::{Patch, at, hat, log_radiance, patches, solve};
+use super::solve::{at, hat, log_radiance, solve};
 use super::stack::Stack;
 
 /// Smallest error that is named, in stops.

@@ -7,8 +7,13 @@ use gonio_scene::image::Image;
 
 /// Largest drift in ln(gain): a factor of two.
 const LARGEST: f64 = 0.7;
-/// Bins of the histogram of ln(gain).
-const BINS: usize = 57;
+/// Bins of a histogram of ln(gain), of a thousandth each; channels may drift apart by twice the largest drift.
+const BINS: usize = 2801;
+const BIN: f64 = 0.001;
+/// A code of an 8-bit file: its rounding and noise.
+const CODE: f64 = 1.0 / 255.0;
+/// Least value of a backdrop whose ratio to a photo says something.
+const DARKEST: f32 = 0.04;
 /// Smallest part of a photo that has to show its backdrop.
 const SMALLEST_SHARE: f64 = 0.03;
 
@@ -28,41 +33,40 @@ pub(super) enum Side {
     Photos,
 }
 
-/// The gain that most pixels share, refined over those that share it.
+/// The gain that most pixels share. A shadow darkens all channels alike: the balance of the channels is the commonest of
+/// their ratios, in shadow or out of it, and the exposure the commonest of what is left. Shadows lie below the exposure in
+/// close succession, so a mean, however robust, would be pulled down; the kernel of the mode is as wide as a code is. A
+/// drift of less than half a code over the backdrop cannot be told from rounding, and is none.
 pub(super) fn estimate(backed: &Backed) -> Result<Drift, SceneError> {
     let pairs = || backed.on.pixels.iter().zip(&backed.plate.pixels);
+    let count = backed.on.pixels.len().max(1) as f64;
+    let mean: [f64; 3] = std::array::from_fn(|c| pairs().map(|(_, plate)| f64::from(plate[c])).sum::<f64>() / count);
+    // A channel that the backdrop lacks keeps its gain: nothing there depends on it.
+    let mut present: Vec<usize> = (0..3).filter(|&c| mean[c] > f64::from(DARKEST)).collect();
+    present.sort_by(|&a, &b| mean[b].total_cmp(&mean[a]));
     let mut gain = [1.0_f32; 3];
-    for (c, gain) in gain.iter_mut().enumerate() {
-        let mut bins = [0.0_f64; BINS];
-        for (on, plate) in pairs().filter(|(on, plate)| plate[c] > 0.04 && on[c] > 0.02 && on[c] < 0.99) {
-            let log = libm::log(f64::from(on[c] / plate[c]));
-            let place = (log / LARGEST + 1.0) * 0.5 * (BINS - 1) as f64;
-            if place >= 0.0 && place < (BINS - 1) as f64 {
-                let (bin, part) = (place as usize, place.fract());
-                // Dark pixels have coarse ratios.
-                let weight = f64::from(plate[c]);
-                bins[bin] += weight * (1.0 - part);
-                bins[bin + 1] += weight * part;
+    if let Some(&base) = present.first() {
+        let width = CODE * present.len() as f64 / present.iter().map(|&c| mean[c]).sum::<f64>();
+        let usable = |on: &[f32; 3], plate: &[f32; 3]| {
+            present.iter().all(|&c| plate[c] > DARKEST && on[c] > 0.5 * DARKEST && on[c] < 0.99)
+        };
+        let ratios: Vec<([f64; 3], f64)> = pairs()
+            .filter(|(on, plate)| usable(on, plate))
+            // Dark pixels have coarse ratios.
+            .map(|(on, plate)| ([0, 1, 2].map(|c| libm::log(f64::from(on[c] / plate[c]))), f64::from(plate[base])))
+            .collect();
+        let mut balance = [0.0; 3];
+        for &c in &present[1..] {
+            balance[c] = mode(ratios.iter().map(|(log, weight)| (log[c] - log[base], *weight)), width);
+        }
+        let shade = |log: &[f64; 3]| present.iter().map(|&c| log[c] - balance[c]).sum::<f64>() / present.len() as f64;
+        let exposure = mode(ratios.iter().map(|(log, weight)| (shade(log), *weight)), width);
+        for &c in &present {
+            let found = libm::exp((exposure + balance[c]).clamp(-LARGEST, LARGEST));
+            if (found - 1.0).abs() * mean[c] > 0.5 * CODE {
+                gain[c] = found as f32;
             }
         }
-        let smooth = |k: usize| bins[k - 1] + 2.0 * bins[k] + bins[k + 1];
-        let peak = (1..BINS - 1).max_by(|&a, &b| smooth(a).total_cmp(&smooth(b))).filter(|&k| smooth(k) > 0.0);
-        // A channel that the backdrop lacks keeps its gain: nothing there depends on it.
-        let Some(peak) = peak else { continue };
-        let mut found = libm::exp((2.0 * peak as f64 / (BINS - 1) as f64 - 1.0) * LARGEST);
-        // Ever narrower: shadows lie below the gain in close succession, and would pull it down.
-        for width in [0.02, 0.015, 0.012, 0.01, 0.008, 0.006, 0.006, 0.006] {
-            let (mut sum, mut total) = (0.0, 1e-12);
-            for (on, plate) in pairs().filter(|(on, _)| on[c] < 0.99) {
-                let (on, plate) = (f64::from(on[c]), f64::from(plate[c]));
-                let off = (on - found * plate) / width;
-                let weight = 1.0 / ((1.0 + off * off) * (1.0 + off * off));
-                sum += weight * on * plate;
-                total += weight * plate * plate;
-            }
-            found = sum / total;
-        }
-        *gain = found as f32;
     }
     let near = |(on, plate): &(&[f32; 3], &[f32; 3])| (0..3).all(|c| (on[c] - gain[c] * plate[c]).abs() < 0.05);
     let share = pairs().filter(near).count() as f64 / backed.on.pixels.len().max(1) as f64;
@@ -73,6 +77,36 @@ pub(super) fn estimate(backed: &Backed) -> Result<Drift, SceneError> {
         return Err(SceneError::new(&backed.name, problem, mend).at("--plate"));
     }
     Ok(Drift { gain })
+}
+
+/// The commonest of weighted values: the peak of their density under a Gaussian kernel of standard deviation `width`; 0
+/// where there are none.
+fn mode(values: impl Iterator<Item = (f64, f64)>, width: f64) -> f64 {
+    let middle = (BINS / 2) as f64;
+    let mut bins = vec![0.0_f64; BINS];
+    for (value, weight) in values {
+        let place = (value / BIN + middle).round();
+        if place >= 0.0 && place < BINS as f64 {
+            bins[place as usize] += weight;
+        }
+    }
+    let width = (width / BIN).clamp(1.0, middle / 6.0);
+    let reach = (3.0 * width) as usize;
+    let kernel: Vec<f64> =
+        (0..=2 * reach).map(|k| libm::exp(-0.5 * ((k as f64 - reach as f64) / width).powi(2))).collect();
+    let density = |bin: usize| {
+        let first = bin.saturating_sub(reach);
+        let last = (bin + reach).min(BINS - 1);
+        (first..=last).map(|k| bins[k] * kernel[k + reach - bin]).sum::<f64>()
+    };
+    let mut best = (0.0, BINS / 2);
+    for bin in 0..BINS {
+        let found = density(bin);
+        if found > best.0 {
+            best = (found, bin);
+        }
+    }
+    (best.1 as f64 - middle) * BIN
 }
 
 /// Which side to correct: what is opaque has one colour in both photos.

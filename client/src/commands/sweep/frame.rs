@@ -1,7 +1,7 @@
 //! From a frame's films to its files.
 
 use crate::failure::Failure;
-use gonio_scene::capture::{Response, Sensor};
+use gonio_scene::capture::{Response, Sensor, srgb};
 use gonio_scene::film::FIRST_HIT_CHANNELS;
 use gonio_scene::image::{encode_exr_channels, encode_png8};
 use gonio_scene::{Capture, Film, SensorStage};
@@ -31,7 +31,7 @@ pub(super) fn encode(
     measured: (u64, f64),
 ) -> Result<Written, Failure> {
     let photo = SensorStage::of(capture, film.photo).photo_values(film);
-    let response = capture.sensor.response;
+    let response = &capture.sensor.response;
     let name = digest.to_string();
     let mut files = Vec::with_capacity(plan.outputs.len());
     for &output in &plan.outputs {
@@ -73,11 +73,11 @@ fn exr(name: &str, film: &Film, channels: &[&str]) -> Result<Vec<u8>, Failure> {
 
 /// Photo values on a screen; those of a linear sensor through the sRGB curve, others as they are.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn pixels(film: &Film, response: Response, stops: f64) -> Vec<[u8; 3]> {
+fn pixels(film: &Film, response: &Response, stops: f64) -> Vec<[u8; 3]> {
     let factor = libm::exp2(stops);
     let byte = |value: f32| {
         let bright = (factor * f64::from(value)).clamp(0.0, 1.0);
-        let encoded = if response == Response::Linear { Response::Srgb.apply(bright).0 } else { bright };
+        let encoded = if response.is_linear() { srgb(bright).0 } else { bright };
         (255.0 * encoded).round().clamp(0.0, 255.0) as u8
     };
     let count = film.width as usize * film.height as usize;
@@ -93,8 +93,8 @@ mod tests {
     fn pngs_follow_the_srgb_curve_and_the_stops() {
         let film = Film { width: 3, height: 1, channels: vec![vec![0.0, 0.125, 9.0]; 3], ..Film::default() };
         // sRGB of 0.125 is 0.3885, of 0.5 it is 0.7354.
-        assert_eq!(pixels(&film, Response::Linear, 0.0), [[0; 3], [99; 3], [255; 3]]);
-        assert_eq!(pixels(&film, Response::Linear, 2.0), [[0; 3], [188; 3], [255; 3]]);
-        assert_eq!(pixels(&film, Response::Srgb, 2.0), [[0; 3], [128; 3], [255; 3]]);
+        assert_eq!(pixels(&film, &Response::Linear, 0.0), [[0; 3], [99; 3], [255; 3]]);
+        assert_eq!(pixels(&film, &Response::Linear, 2.0), [[0; 3], [188; 3], [255; 3]]);
+        assert_eq!(pixels(&film, &Response::Srgb, 2.0), [[0; 3], [128; 3], [255; 3]]);
     }
 }

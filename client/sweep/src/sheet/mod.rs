@@ -7,7 +7,7 @@ use crate::digest::FrameDigest;
 use crate::plan::Plan;
 use crate::record::Record;
 use gonio_scene::Result;
-use gonio_scene::capture::Response;
+use gonio_scene::capture::srgb;
 use gonio_scene::image::encode_png8;
 use thumbnail::Thumbnail;
 
@@ -111,6 +111,6 @@ impl<'p> Sheet<'p> {
 /// A photo value as a byte of the screen.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn show(value: f64, white: f64, linear: bool) -> u8 {
-    let encoded = if linear { Response::Srgb.apply((value / white).clamp(0.0, 1.0)).0 } else { value };
+    let encoded = if linear { srgb((value / white).clamp(0.0, 1.0)).0 } else { value };
     (255.0 * encoded).round().clamp(0.0, 255.0) as u8
 }

@@ -45,7 +45,7 @@ impl Thumbnail {
     /// A film of photo values in small: means over equal squares.
     #[must_use]
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    pub fn of(film: &Film, response: Response) -> Self {
+    pub fn of(film: &Film, response: &Response) -> Self {
         let factor = factor(film.width, film.height);
         let (width, height) = Self::size(film.width, film.height);
         let mut values = Vec::with_capacity(3 * (width * height) as usize);
@@ -71,7 +71,7 @@ impl Thumbnail {
             (255.0 * part.sqrt()).round() as u8
         };
         let bytes: Vec<u8> = values.iter().map(byte).collect();
-        Self { width, height, scale, linear: response == Response::Linear, pixels: STANDARD.encode(bytes) }
+        Self { width, height, scale, linear: response.is_linear(), pixels: STANDARD.encode(bytes) }
     }
 
     /// Whether values still need a curve to be looked at.
@@ -105,16 +105,16 @@ mod tests {
             channels: vec![(0..width * height).map(value).collect(); 3],
             ..Film::default()
         };
-        let small = Thumbnail::of(&film(8, 4, |i| i as f32), Response::Linear);
+        let small = Thumbnail::of(&film(8, 4, |i| i as f32), &Response::Linear);
         assert_eq!((small.width, small.height), (8, 4));
         for (i, value) in small.values().iter().enumerate() {
             // One step of a byte near v is 2 sqrt(v scale) / 255.
             assert!((value[1] - i as f64).abs() <= (i as f64 * 31.0).sqrt() / 255.0 + 1e-3, "{i}: {value:?}");
         }
-        let large = Thumbnail::of(&film(300, 200, |i| if i % 2 == 0 { 1.0 } else { 3.0 }), Response::Srgb);
+        let large = Thumbnail::of(&film(300, 200, |i| if i % 2 == 0 { 1.0 } else { 3.0 }), &Response::Srgb);
         assert_eq!((large.width, large.height, large.is_linear()), (75, 50, false));
         assert!(large.values().iter().flatten().all(|v| (v - 2.0).abs() < 1e-12));
-        let dark = Thumbnail::of(&film(2, 2, |_| -1.0), Response::Linear);
+        let dark = Thumbnail::of(&film(2, 2, |_| -1.0), &Response::Linear);
         assert_eq!(dark.values(), [[0.0; 3]; 4]);
     }
 }

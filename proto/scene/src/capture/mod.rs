@@ -1,6 +1,7 @@
 //! The capture: a folder of measured data, known geometry and first guesses, as `capture.toml` describes it.
 
 pub mod camera;
+pub mod curve;
 pub mod effects;
 pub mod freed;
 pub mod light;
@@ -17,6 +18,7 @@ pub mod visit;
 mod write;
 
 pub use camera::{Camera, CameraOverride};
+pub use curve::ResponseCurve;
 pub use effects::{Effects, LONGEST_SCATTER, NULL_STEP, VARIATIONS};
 pub use freed::Freed;
 pub use light::{Frame, Light, LightKind, Lobe};
@@ -25,7 +27,7 @@ pub use object::Object;
 pub use photo::{Photo, Role};
 pub use read::{read_section, unknown_key_mend};
 pub use reflectance::Reflectance;
-pub use sensor::{Response, Sensor};
+pub use sensor::{Response, Sensor, srgb};
 pub use target::Target;
 pub use tracing::Tracing;
 pub use visit::Range;
@@ -74,7 +76,7 @@ impl Capture {
     ///
     /// # Errors
     /// Anything that is not the format of `FORMAT.md`: unknown keys, wrong types, values out of range, names that do not
-    /// resolve. The files that it names are not opened; see [`crate::assets`].
+    /// resolve. Of the files that it names only a response's is opened; for the others see [`crate::assets`].
     pub fn read(files: &dyn Files) -> Result<Self> {
         Self::read_scene(files)?.measured()
     }
@@ -87,26 +89,31 @@ impl Capture {
         let bytes = files.read(CAPTURE_FILE)?;
         let text = std::str::from_utf8(&bytes)
             .map_err(|e| SceneError::new(CAPTURE_FILE, format!("is not UTF-8 text ({e})"), "save it as UTF-8"))?;
-        Self::parse_scene(text)
+        let mut top = to_table(text)?;
+        curve::inline(CAPTURE_FILE, &mut top, files)?;
+        Self::of_table(&top)
     }
 
-    /// Reads the text of a `capture.toml`.
+    /// Reads the text of a `capture.toml` that lies beside `files`.
+    ///
+    /// # Errors
+    /// As [`Capture::read`].
+    pub fn parse_beside(text: &str, files: &dyn Files) -> Result<Self> {
+        let mut top = to_table(text)?;
+        curve::inline(CAPTURE_FILE, &mut top, files)?;
+        Self::of_table(&top)?.measured()
+    }
+
+    /// Reads the text of a `capture.toml` that names no response's file, such as [`Capture::to_toml`] writes.
     ///
     /// # Errors
     /// As [`Capture::read`].
     pub fn parse(text: &str) -> Result<Self> {
-        Self::parse_scene(text)?.measured()
+        Self::of_table(&to_table(text)?)?.measured()
     }
 
-    fn parse_scene(text: &str) -> Result<Self> {
+    fn of_table(top: &Table) -> Result<Self> {
         let file = CAPTURE_FILE;
-        let top: Table = text.parse().map_err(|e: toml::de::Error| {
-            SceneError::new(
-                file,
-                format!("is not TOML: {}", e.to_string().trim().replace('\n', " ")),
-                "mend the syntax there",
-            )
-        })?;
         for key in top.keys() {
             if !TOP_LEVEL.contains(&key.as_str()) {
                 let mend = unknown_key_mend(key, TOP_LEVEL.iter().copied());
@@ -144,16 +151,16 @@ impl Capture {
         Reader::new(file, "sensor".into(), table("sensor")?).read(&mut capture.sensor)?;
         Reader::new(file, "tracing".into(), table("tracing")?).read(&mut capture.tracing)?;
         Reader::new(file, "fit".into(), table("fit")?).read(&mut capture.fit)?;
-        capture.materials = read_list(file, &top, "material")?;
-        capture.objects = read_list(file, &top, "object")?;
-        capture.lights = read_list(file, &top, "light")?;
-        capture.photos = read_list(file, &top, "photo")?;
-        capture.reflectance = read_list(file, &top, "reflectance")?;
+        capture.materials = read_list(file, top, "material")?;
+        capture.objects = read_list(file, top, "object")?;
+        capture.lights = read_list(file, top, "light")?;
+        capture.photos = read_list(file, top, "photo")?;
+        capture.reflectance = read_list(file, top, "reflectance")?;
         capture.check()?;
         Ok(capture)
     }
 
-    /// The text of a `capture.toml` that reads back as this capture, to the last bit.
+    /// The text of a `capture.toml` that reads back as this capture, to the last bit. A response's curve stands in it.
     ///
     /// # Errors
     /// A value that [`Capture::parse`] would refuse.
@@ -311,6 +318,13 @@ impl Capture {
         }
         Ok(first.map(|(index, _)| index))
     }
+}
+
+fn to_table(text: &str) -> Result<Table> {
+    text.parse().map_err(|e: toml::de::Error| {
+        let problem = format!("is not TOML: {}", e.to_string().trim().replace('\n', " "));
+        SceneError::new(CAPTURE_FILE, problem, "mend the syntax there")
+    })
 }
 
 fn unique<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Result<()> {

@@ -52,6 +52,10 @@ impl Visitor for Walker<'_, '_> {
         Ok(())
     }
 
+    fn table(&mut self, _: &str, _: &mut Vec<f64>) -> Result<()> {
+        Ok(())
+    }
+
     fn matrix(&mut self, key: &str, value: &mut [[f64; 4]; 4]) -> Result<()> {
         // The last row of an affine matrix is no parameter.
         for (i, row) in value.iter_mut().take(3).enumerate() {

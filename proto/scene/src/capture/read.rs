@@ -152,6 +152,14 @@ impl Visitor for Reader<'_> {
         Ok(())
     }
 
+    fn table(&mut self, key: &str, values: &mut Vec<f64>) -> Result<()> {
+        let what = "a list of numbers";
+        let given = self.get(key).ok_or_else(|| self.missing(key, what))?;
+        let list = given.as_array().ok_or_else(|| self.wrong_type(key, given, what))?;
+        *values = list.iter().map(|v| self.to_number(key, v, Range::ANY)).collect::<Result<_>>()?;
+        Ok(())
+    }
+
     fn matrix(&mut self, key: &str, value: &mut [[f64; 4]; 4]) -> Result<()> {
         let what = "four rows of four numbers";
         let given = self.get(key).ok_or_else(|| self.missing(key, what))?;

@@ -1,16 +1,20 @@
 //! The sensor: noise, saturation, and how a photo value was made from exposed light; [`crate::SensorStage`] makes it.
 
+use super::curve::ResponseCurve;
 use super::visit::{CROSSTALK, Numbers, Range, Section, VIGNETTING, Visitor};
 use crate::Result;
+use std::sync::Arc;
 
 /// How a file's value follows from exposed light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub enum Response {
     /// The value is the light.
     #[default]
     Linear,
     /// The sRGB transfer function (IEC 61966-2-1), as cameras write JPEG and PNG.
     Srgb,
+    /// A measured curve, another in every channel.
+    Curve(Arc<ResponseCurve>),
 }
 
 /// What lies between the lens and the file.
@@ -78,18 +82,56 @@ impl Sensor {
 }
 
 impl Response {
-    /// The file's value for exposed light `x`, and its slope there.
+    /// The file's value for exposed light `x` in a channel (0 red, 1 green, 2 blue), and its slope there.
     #[must_use]
-    pub fn apply(self, x: f64) -> (f64, f64) {
+    pub fn apply(&self, channel: usize, x: f64) -> (f64, f64) {
         match self {
             Self::Linear => (x, 1.0),
-            Self::Srgb if x <= 0.003_130_8 => (12.92 * x, 12.92),
-            Self::Srgb => {
-                let root = libm::pow(x, 1.0 / 2.4);
-                (1.055 * root - 0.055, 1.055 / 2.4 * root / x)
-            }
+            Self::Srgb => srgb(x),
+            Self::Curve(curve) => curve.apply(channel, x),
         }
     }
+
+    /// Whether values are light: what is to be looked at still needs a curve.
+    #[must_use]
+    pub fn is_linear(&self) -> bool {
+        *self == Self::Linear
+    }
+
+    fn describe(&mut self, v: &mut dyn Visitor) -> Result<()> {
+        let word = match self {
+            Self::Linear => "linear",
+            Self::Srgb => "srgb",
+            Self::Curve(_) => "curve",
+        };
+        let mut word = word.to_owned();
+        v.text("response", &mut word, Some("linear"))?;
+        *self = match word.as_str() {
+            "linear" => Self::Linear,
+            "srgb" => Self::Srgb,
+            "curve" => {
+                let mut curve =
+                    if let Self::Curve(curve) = self { (**curve).clone() } else { ResponseCurve::default() };
+                v.section("curve", &mut curve)?;
+                Self::Curve(Arc::new(curve))
+            }
+            _ => {
+                let mend = "write \"linear\", \"srgb\", or the path of a .json file beside capture.toml that `gonio hdr` wrote";
+                return Err(v.refuse("response", format!("is \"{word}\""), mend));
+            }
+        };
+        Ok(())
+    }
+}
+
+/// The sRGB transfer function (IEC 61966-2-1) and its slope.
+#[must_use]
+pub fn srgb(x: f64) -> (f64, f64) {
+    if x <= 0.003_130_8 {
+        return (12.92 * x, 12.92);
+    }
+    let root = libm::pow(x, 1.0 / 2.4);
+    (1.055 * root - 0.055, 1.055 / 2.4 * root / x)
 }
 
 impl Section for Sensor {
@@ -105,13 +147,7 @@ impl Section for Sensor {
             ));
         }
         v.optional_number("saturation", &mut self.saturation, Range::POSITIVE)?;
-        let mut word = if self.response == Response::Srgb { "srgb" } else { "linear" }.to_owned();
-        v.text("response", &mut word, Some("linear"))?;
-        self.response = match word.as_str() {
-            "linear" => Response::Linear,
-            "srgb" => Response::Srgb,
-            _ => return Err(v.refuse("response", format!("is \"{word}\""), "write \"linear\" or \"srgb\"")),
-        };
+        self.response.describe(v)?;
         list(v, "vignetting", &mut self.vignetting, &VIGNETTING)?;
         list(v, "crosstalk", &mut self.crosstalk, &CROSSTALK)?;
         v.number("black_level", &mut self.black_level, Range::ANY, Some(0.0))?;

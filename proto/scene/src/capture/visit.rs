@@ -85,6 +85,8 @@ pub trait Visitor {
         suffixes: &[&str],
         range: Range,
     ) -> Result<()>;
+    /// A list of numbers that are no parameters; required.
+    fn table(&mut self, key: &str, values: &mut Vec<f64>) -> Result<()>;
     /// A 4x4 row-major matrix; its numbers are named `key.row.column`.
     fn matrix(&mut self, key: &str, value: &mut [[f64; 4]; 4]) -> Result<()>;
     /// A whole number of pixels; not a parameter.

@@ -64,6 +64,11 @@ impl Visitor for Writer {
         Ok(())
     }
 
+    fn table(&mut self, key: &str, values: &mut Vec<f64>) -> Result<()> {
+        self.put(key, list(values));
+        Ok(())
+    }
+
     fn matrix(&mut self, key: &str, value: &mut [[f64; 4]; 4]) -> Result<()> {
         self.put(key, Value::Array(value.iter().map(|row| list(row)).collect()));
         Ok(())

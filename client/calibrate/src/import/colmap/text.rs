@@ -1,10 +1,9 @@
 //! COLMAP's text model: `cameras.txt` and `images.txt`.
 
-use crate::geometry::Pose;
-use crate::view::{Imported, View};
+use super::{WORLD, camera, view};
+use crate::view::Imported;
 use gonio_scene::capture::Camera;
 use gonio_scene::{Result, SceneError};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
 
 /// Reads both texts of a model. COLMAP's axes and pixel centres are those of the capture format; its poses map the world
@@ -31,24 +30,16 @@ pub fn colmap(cameras: &str, images: &str) -> Result<Imported> {
         let words: Vec<&str> = line.trim().splitn(10, char::is_whitespace).collect();
         let [_, pose @ .., camera, name] = words.as_slice() else { return Err(wrong("has too few words")) };
         let pose: Vec<f64> = pose.iter().filter_map(|word| word.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
-        let [w, x, y, z, tx, ty, tz] = pose[..] else { return Err(wrong("is no quaternion and translation")) };
-        let quaternion = Quaternion::new(w, x, y, z);
-        if (quaternion.norm() - 1.0).abs() > 1e-2 {
-            return Err(wrong("has a quaternion whose length is not 1"));
-        }
-        let rotation = UnitQuaternion::from_quaternion(quaternion).to_rotation_matrix().into_inner();
+        let Ok(pose) = <[f64; 7]>::try_from(pose) else { return Err(wrong("is no quaternion and translation")) };
         let camera = cameras
             .get(*camera)
             .ok_or_else(|| wrong(&format!("names camera {camera}, which cameras.txt does not list")))?;
-        let world_to_camera = Pose { rotation, translation: Vector3::new(tx, ty, tz) };
-        let camera_to_world = world_to_camera.inverse().matrix();
-        views.push(View { file: (*name).trim().to_owned(), camera: camera.clone(), camera_to_world });
+        views.push(view((*name).trim().to_owned(), camera, pose).map_err(wrong)?);
     }
     if views.is_empty() {
         return Err(SceneError::new(file, "lists no image", "name the folder of a reconstruction that holds images"));
     }
-    let world = "COLMAP's world: its scale is arbitrary, so lengths here are no metres, and z need not point up";
-    Ok(Imported { views, objects: Vec::new(), world })
+    Ok(Imported { views, objects: Vec::new(), world: WORLD })
 }
 
 fn read_cameras(text: &str) -> Result<BTreeMap<&str, Camera>> {
@@ -70,28 +61,7 @@ fn read_cameras(text: &str) -> Result<BTreeMap<&str, Camera>> {
             return Err(wrong(format!("has the size {width} x {height}"), mend));
         };
         let p: Vec<f64> = parameters.iter().map(|word| word.parse().unwrap_or(f64::NAN)).collect();
-        let (fx, fy, cx, cy, distortion) = match (*model, &p[..]) {
-            ("SIMPLE_PINHOLE", &[f, cx, cy]) => (f, f, cx, cy, [0.0; 5]),
-            ("PINHOLE", &[fx, fy, cx, cy]) => (fx, fy, cx, cy, [0.0; 5]),
-            ("SIMPLE_RADIAL", &[f, cx, cy, k]) => (f, f, cx, cy, [k, 0.0, 0.0, 0.0, 0.0]),
-            ("RADIAL", &[f, cx, cy, k1, k2]) => (f, f, cx, cy, [k1, k2, 0.0, 0.0, 0.0]),
-            ("OPENCV", &[fx, fy, cx, cy, k1, k2, p1, p2]) => (fx, fy, cx, cy, [k1, k2, p1, p2, 0.0]),
-            ("FULL_OPENCV", &[fx, fy, cx, cy, k1, k2, p1, p2, k3, 0.0, 0.0, 0.0]) => {
-                (fx, fy, cx, cy, [k1, k2, p1, p2, k3])
-            }
-            _ => {
-                let mend = "undistort the images by `colmap image_undistorter`, which gives a PINHOLE model";
-                let problem = format!("is the model {model} with {} parameters, which has no equal here", p.len());
-                return Err(wrong(problem, mend));
-            }
-        };
-        if ![fx, fy].iter().all(|f| *f > 0.0 && f.is_finite()) || !p.iter().all(|x| x.is_finite()) {
-            return Err(wrong(
-                "has a parameter that is no number, or a focal length that is not positive".into(),
-                mend,
-            ));
-        }
-        cameras.insert(*id, Camera { width, height, fx, fy, cx, cy, distortion, ..Camera::default() });
+        cameras.insert(*id, camera(model, [width, height], &p).map_err(|(problem, mend)| wrong(problem, mend))?);
     }
     Ok(cameras)
 }

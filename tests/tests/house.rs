@@ -6,10 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Every crate of the workspace with the crates of ours that it may depend on (tests and benchmarks included).
-const MAY_DEPEND_ON: [(&str, &[&str]); 15] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 16] = [
     ("gonio-scene", &[]),
     ("gonio-proto", &["gonio-scene"]),
     ("gonio-store", &["gonio-proto"]),
+    ("gonio-operations", &[]),
     ("gonio-tracer", &["gonio-scene"]),
     ("gonio-fit", &["gonio-scene"]),
     ("gonio-diagnose", &["gonio-scene", "gonio-fit"]),
@@ -18,14 +19,15 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 15] = [
     ("gonio-study", &[]),
     ("gonio-calibrate", &["gonio-scene"]),
     ("gonio-pose", &["gonio-scene"]),
-    ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-tracer"]),
-    ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store"]),
+    ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-operations", "gonio-tracer"]),
+    ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-operations"]),
     (
         "gonio",
         &[
             "gonio-scene",
             "gonio-proto",
             "gonio-store",
+            "gonio-operations",
             "gonio-fit",
             "gonio-diagnose",
             "gonio-sweep",

@@ -48,14 +48,14 @@ async fn main() -> anyhow::Result<()> {
     let address = listener.local_addr()?;
     let protection = arguments.security.protection(address)?;
     let scheme = if protection.tls.is_some() { "https" } else { "http" };
+    let scaler = match arguments.scaler {
+        Some(address) => Some(scaler::Port::open(address, arguments.security.scaler_tls(address)?).await?),
+        None => None,
+    };
     let coordinator = if durable {
         Coordinator::durable(blobs, broker::SILENCE).await?
     } else {
         Coordinator::new(blobs, broker::SILENCE)
-    };
-    let scaler = match arguments.scaler {
-        Some(address) => Some(scaler::Port::open(address, arguments.security.scaler_tls(address)?).await?),
-        None => None,
     };
     operations.serve(&coordinator);
     println!("listening on {scheme}://{address}");

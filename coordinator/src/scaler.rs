@@ -175,9 +175,9 @@ mod tests {
             let scaler_metadata = slots.iter().map(|slots| (SLOTS.to_owned(), (*slots).to_owned())).collect();
             ScaledObjectRef { name: "gonio-worker".to_owned(), namespace: String::new(), scaler_metadata }
         };
-        assert_eq!(super::slots(&trigger(&["3"])).unwrap(), 3);
+        assert_eq!(slots(&trigger(&["3"])).unwrap(), 3);
         for (given, expected) in [(&[][..], "has no slots"), (&["0"], "\"0\""), (&["many"], "from 1 on")] {
-            let status = super::slots(&trigger(given)).unwrap_err();
+            let status = slots(&trigger(given)).unwrap_err();
             assert!(status.message().contains(expected) && status.message().contains("gonio-worker"), "{status}");
         }
     }

@@ -1,4 +1,8 @@
 //! The coordinator behind gRPC.
+//!
+//! Beside the farm, `grpc.health.v1.Health` says whether it serves: of the whole (the empty name) and of the farm's service, SERVING
+//! until the coordinator is told to stop, NOT_SERVING while it drains. It asks for no token, for probes have none, and for a
+//! certificate as everything does where `--client-ca` is given. One that stands by does not listen at all.
 
 use crate::Coordinator;
 use crate::broker::ToWorker;

@@ -54,8 +54,7 @@ async fn probes_and_health_follow_owner_and_standby_from_start_to_end() {
     assert_eq!(Metrics::of(&owner).value("gonio_coordinator_phase{phase=\"serving\"}"), 1.0);
 
     let (standby, listen) = (free_address(), free_address());
-    let arguments =
-        ["--store", store, "--standby", "--listen", &listen, "--operations", &standby, "--grace", "4"];
+    let arguments = ["--store", store, "--standby", "--listen", &listen, "--operations", &standby, "--grace", "4"];
     let mut second = Process::start("gonio-coordinator", &arguments);
     wait_for(&standby, "startup", 200, SOON);
     assert_eq!(statuses(&standby), [200, 503, 200]);
@@ -177,8 +176,7 @@ fn metrics_add_up_pass_promtool_and_are_those_of_the_dashboard() {
 
     let of_workers = workers.each_ref().map(|operations| Metrics::of(operations));
     let sum = |name: &str| of_workers.iter().map(|m| m.sum(name)).sum::<f64>();
-    let rendered: f64 =
-        of_workers.iter().map(|m| m.value("gonio_worker_tasks_total{outcome=\"rendered\"}")).sum();
+    let rendered: f64 = of_workers.iter().map(|m| m.value("gonio_worker_tasks_total{outcome=\"rendered\"}")).sum();
     let refused = metrics.sum("gonio_coordinator_results_refused_total");
     // What was rendered was accepted, or refused, or its evaluation was over before it was sent.
     assert!(rendered >= done && rendered <= done + refused + value("second_attempts_total"), "{rendered} of {done}");

@@ -43,7 +43,7 @@ pub(crate) fn render(
     claim: &Claim,
     meter: &Meter,
 ) -> Vec<wire::FromWorker> {
-    let count = |counter: &AtomicU64| drop(counter.fetch_add(1, Ordering::Relaxed));
+    let count = |counter: &AtomicU64| counter.fetch_add(1, Ordering::Relaxed);
     let rendered = catch_unwind(AssertUnwindSafe(|| film(scene, task, first_hits, claim, meter)));
     match rendered {
         Ok(Ok(Some(messages))) => messages,

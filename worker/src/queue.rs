@@ -158,7 +158,7 @@ mod tests {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         let queue = Queue::new(pool);
         let (bound, (end, ended)) = (Duration::from_millis(50), std::sync::mpsc::channel::<()>());
-        queue.push(Class::Batch, move || drop(ended.recv()));
+        queue.push(Class::Batch, move || ended.recv().unwrap());
         queue.push(Class::Batch, || ());
         std::thread::sleep(3 * bound);
         assert_eq!((queue.load(), queue.is_stuck(bound)), ((1, 1), false), "the thread is busy");

@@ -1,8 +1,8 @@
 //! Captures that were fetched and scenes that were prepared, each once, the last ones kept.
 
-use crate::{BlobSource, Meter};
 use crate::queue::Queue;
 use crate::renderer::{Loaded, Renderer, Scene};
+use crate::{BlobSource, Meter};
 use gonio_proto::convert::manifest::Manifest;
 use gonio_proto::convert::request::Class;
 use gonio_proto::convert::task::Setup;

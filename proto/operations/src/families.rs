@@ -23,7 +23,12 @@ impl Families {
         let mut families = Self::default();
         let mut build = Metric::from_gauge(gauge(1.0));
         build.set_label(vec![label("version", env!("CARGO_PKG_VERSION")), label("commit", COMMIT)]);
-        families.add("gonio_build_info", "Always 1; its labels are the program's version and commit.", GAUGE, vec![build]);
+        families.add(
+            "gonio_build_info",
+            "Always 1; its labels are the program's version and commit.",
+            GAUGE,
+            vec![build],
+        );
         families
     }
 
@@ -54,13 +59,7 @@ impl Families {
     }
 
     /// What is now, apart by the value of one label.
-    pub fn gauges<'a>(
-        &mut self,
-        name: &str,
-        help: &str,
-        key: &str,
-        values: impl IntoIterator<Item = (&'a str, u64)>,
-    ) {
+    pub fn gauges<'a>(&mut self, name: &str, help: &str, key: &str, values: impl IntoIterator<Item = (&'a str, u64)>) {
         let metrics = values.into_iter().map(|(value, now)| {
             let mut metric = Metric::from_gauge(gauge(float(now)));
             metric.set_label(vec![label(key, value)]);

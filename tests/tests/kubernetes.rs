@@ -83,9 +83,13 @@ fn check_types(path: &str, document: &Value) {
         "HorizontalPodAutoscaler" => drop(typed::<HorizontalPodAutoscaler>(&path, document)),
         "PersistentVolumeClaim" => drop(typed::<PersistentVolumeClaim>(&path, document)),
         // Not of Kubernetes' own API: their types here refuse every key that they do not know.
-        "ScaledObject" => drop(serde_json::from_value::<ScaledObject>(document.clone()).expect(&path)),
+        "ScaledObject" => {
+            let object: ScaledObject = serde_json::from_value(document.clone()).expect(&path);
+            object.metadata.check();
+        }
         "TriggerAuthentication" => {
-            drop(serde_json::from_value::<TriggerAuthentication>(document.clone()).expect(&path));
+            let object: TriggerAuthentication = serde_json::from_value(document.clone()).expect(&path);
+            object.metadata.check();
         }
         other => panic!("{path}: {other} is checked by nobody"),
     }

@@ -45,7 +45,7 @@ async fn probes_and_health_follow_owner_and_standby_from_start_to_end() {
     let folder = tempfile::tempdir().unwrap();
     let store = folder.path().to_str().unwrap();
     let own = ["--store", store, "--operations", "127.0.0.1:0", "--grace", "4"];
-    let mut cluster = Cluster::start_by(&own, 0, &[]);
+    let cluster = Cluster::start_by(&own, 0, &[]);
     let owner = cluster.port("operations").to_owned();
     assert_eq!(statuses(&owner), [200, 200, 200]);
     assert_eq!(health(&cluster.url, "").await, Some(ServingStatus::Serving));

@@ -2,7 +2,6 @@
 
 use k8s_openapi::api::autoscaling::v2::HorizontalPodAutoscalerBehavior;
 use serde::Deserialize;
-use std::collections::BTreeMap;
 
 const VERSION: &str = "keda.sh/v1alpha1";
 
@@ -11,9 +10,16 @@ const VERSION: &str = "keda.sh/v1alpha1";
 #[serde(deny_unknown_fields)]
 pub struct Metadata {
     pub name: String,
+    /// Written by kustomize.
     pub namespace: Option<String>,
-    #[serde(default)]
-    pub labels: BTreeMap<String, String>,
+}
+
+impl Metadata {
+    /// Fails unless the object is the farm's, and in its namespace if it is in one.
+    pub fn check(&self) {
+        assert!(self.name.starts_with("gonio-"));
+        assert!(self.namespace.as_deref().is_none_or(|namespace| namespace == "gonio"), "{:?}", self.namespace);
+    }
 }
 
 /// What scales a deployment.

@@ -23,7 +23,7 @@ stdout is one JSON object and stderr one JSON event per line. RUST_LOG=info show
 
 /// Fits light and material to photographs by analysis-by-synthesis over a render farm.
 #[derive(Debug, Parser)]
-#[command(name = "gonio", version, after_help = EXIT_CODES, disable_help_subcommand = true)]
+#[command(name = "gonio", version = gonio_operations::VERSION, after_help = EXIT_CODES, disable_help_subcommand = true)]
 pub struct Arguments {
     /// What to do.
     #[command(subcommand)]

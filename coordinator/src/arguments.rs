@@ -4,13 +4,15 @@ use anyhow::ensure;
 use clap::{Args, Parser, Subcommand};
 use gonio_coordinator::security::{Guard, Identity, Roles, Tokens, fresh, server};
 use gonio_coordinator::service::Protection;
+use gonio_operations::OperationsArguments;
 use std::io::Write;
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use tonic::transport::ServerTlsConfig;
 
 /// Hands out the tasks of evaluations to workers and reduces what they render.
 #[derive(Debug, Parser)]
-#[command(name = "gonio-coordinator", version, args_conflicts_with_subcommands = true)]
+#[command(name = "gonio-coordinator", version = gonio_operations::VERSION, args_conflicts_with_subcommands = true)]
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -27,6 +29,12 @@ pub struct Arguments {
     /// Seconds that evaluations which run have to finish once the coordinator is told to stop; then they fail
     #[arg(long, default_value_t = 10.0, value_parser = gonio_proto::limits::seconds)]
     pub grace: f64,
+    /// Address at which KEDA is told how many workers there is work for (its external scaler), by the certificates that
+    /// --tls-cert and --client-ca name; KEDA has no token to show, and --tokens does not count there
+    #[arg(long, value_name = "ADDRESS")]
+    pub scaler: Option<SocketAddr>,
+    #[command(flatten)]
+    pub operations: OperationsArguments,
     #[command(flatten)]
     pub security: SecurityArguments,
 }
@@ -82,16 +90,26 @@ impl SecurityArguments {
             "--listen {address}: others could read along, and anybody submit; name --tls-cert and --tls-key, and --client-ca \
              or --tokens, or say --insecure where the network is closed to others"
         );
-        let tls = match (&self.tls_cert, &self.tls_key) {
-            (Some(certificate), Some(key)) => Some(server(&Identity {
-                certificate: certificate.clone(),
-                key: key.clone(),
-                client_ca: self.client_ca.clone(),
-            })?),
-            _ => None,
-        };
         let tokens = self.tokens.as_deref().map(Tokens::read).transpose()?;
-        Ok(Protection { tls, guard: Guard::new(tokens) })
+        Ok(Protection { tls: self.tls()?, guard: Guard::new(tokens) })
+    }
+
+    /// What encrypts the scaler's port at `address`.
+    ///
+    /// # Errors
+    /// As [`Self::protection`], where certificates alone protect.
+    pub fn scaler_tls(&self, address: SocketAddr) -> anyhow::Result<Option<ServerTlsConfig>> {
+        ensure!(
+            address.ip().is_loopback() || self.insecure || self.client_ca.is_some(),
+            "--scaler {address}: anybody could see how much there is to do; name --tls-cert, --tls-key and --client-ca, or \
+             say --insecure where the network is closed to others"
+        );
+        self.tls()
+    }
+
+    fn tls(&self) -> anyhow::Result<Option<ServerTlsConfig>> {
+        let (Some(certificate), Some(key)) = (self.tls_cert.clone(), self.tls_key.clone()) else { return Ok(None) };
+        Ok(Some(server(&Identity { certificate, key, client_ca: self.client_ca.clone() })?))
     }
 }
 

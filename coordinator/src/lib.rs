@@ -9,6 +9,8 @@ pub mod evaluation;
 pub mod intake;
 pub mod jobs;
 pub mod journal;
+pub mod operations;
+pub mod scaler;
 pub mod security;
 pub mod service;
 pub mod split;
@@ -146,13 +148,18 @@ impl Coordinator {
         }
     }
 
+    /// Whether this coordinator does not own its farm any more.
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.journal.as_ref().is_some_and(Journal::is_lost)
+    }
+
     /// Takes no evaluation any more, gives those that run `grace` to finish, then ends them, and all workers' streams. What
     /// is written down is left to the next coordinator instead.
     pub async fn drain(&self, grace: Duration) {
         self.intake.close();
         // Whoever does not own the farm has nothing to finish.
-        let lost = self.journal.as_ref().is_some_and(Journal::is_lost);
-        let grace = if lost { Duration::ZERO } else { grace };
+        let grace = if self.is_lost() { Duration::ZERO } else { grace };
         if tokio::time::timeout(grace, self.intake.empty()).await.is_err() {
             if self.journal.is_some() {
                 self.intake.leave();

@@ -5,10 +5,10 @@ mod arguments;
 use anyhow::Context;
 use arguments::{Arguments, Command};
 use clap::Parser;
+use gonio_coordinator::operations::{Operations, Phase};
 use gonio_coordinator::store::Blobs;
-use gonio_coordinator::{Coordinator, broker, journal, service};
+use gonio_coordinator::{Coordinator, broker, journal, scaler, service};
 use tokio::net::TcpListener;
-use tracing_subscriber::EnvFilter;
 
 #[tokio::main]
 async fn main() -> anyhow::Result<()> {
@@ -16,8 +16,9 @@ async fn main() -> anyhow::Result<()> {
     if let Some(Command::Token(token)) = &arguments.command {
         return token.make();
     }
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    gonio_operations::start_log(arguments.operations.log);
+    let operations = std::sync::Arc::new(Operations::default());
+    arguments.operations.serve(&operations)?;
     let blobs = Blobs::open(&arguments.store)?;
     blobs.probe().await?;
     // Before anybody can know that it runs, so that who stops it at once is heard.
@@ -34,6 +35,7 @@ async fn main() -> anyhow::Result<()> {
     let durable = !arguments.store.starts_with("memory:");
     if arguments.standby {
         anyhow::ensure!(durable, "--standby: --store {} is nobody else's; name the owner's store", arguments.store);
+        operations.enter(Phase::Standby);
         println!("standing by");
         tokio::select! {
             () = journal::wait_for_silence(&blobs) => {}
@@ -46,11 +48,16 @@ async fn main() -> anyhow::Result<()> {
     let address = listener.local_addr()?;
     let protection = arguments.security.protection(address)?;
     let scheme = if protection.tls.is_some() { "https" } else { "http" };
+    let scaler = match arguments.scaler {
+        Some(address) => Some(scaler::Port::open(address, arguments.security.scaler_tls(address)?).await?),
+        None => None,
+    };
     let coordinator = if durable {
         Coordinator::durable(blobs, broker::SILENCE).await?
     } else {
         Coordinator::new(blobs, broker::SILENCE)
     };
+    operations.serve(&coordinator);
     println!("listening on {scheme}://{address}");
     let lost = std::sync::Arc::new(std::sync::OnceLock::new());
     let (owner, why) = (coordinator.clone(), std::sync::Arc::clone(&lost));
@@ -61,9 +68,14 @@ async fn main() -> anyhow::Result<()> {
                 let _ = why.set(text);
             }
         }
+        operations.enter(Phase::Draining);
     };
     let grace = std::time::Duration::from_secs_f64(arguments.grace);
-    service::serve_protected(coordinator, listener, protection, stop, grace).await?;
+    let scaling = scaler::serve(coordinator.clone(), scaler);
+    tokio::select! {
+        served = service::serve_protected(coordinator, listener, protection, stop, grace) => served?,
+        failed = scaling => failed?,
+    }
     match lost.get() {
         Some(why) => anyhow::bail!("{why}"),
         None => Ok(()),

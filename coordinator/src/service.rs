@@ -1,4 +1,8 @@
 //! The coordinator behind gRPC.
+//!
+//! Beside the farm, `grpc.health.v1.Health` says whether it serves: of the whole (the empty name) and of the farm's service, SERVING
+//! until the coordinator is told to stop, NOT_SERVING while it drains. It asks for no token, for probes have none, and for a
+//! certificate as everything does where `--client-ca` is given. One that stands by does not listen at all.
 
 use crate::Coordinator;
 use crate::broker::ToWorker;
@@ -9,13 +13,17 @@ use futures::stream::BoxStream;
 use gonio_proto::convert::digest::{BlobAssembly, blob_chunks, digests_from_wire, digests_to_wire};
 use gonio_proto::wire::farm_server::{Farm, FarmServer};
 use gonio_proto::{Digest, limits, wire};
+use prost::Message;
 use std::future::Future;
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
 use tokio_stream::wrappers::{IntervalStream, UnboundedReceiverStream};
 use tonic::transport::ServerTlsConfig;
 use tonic::{Request, Response, Status, Streaming};
+use tonic_health::ServingStatus;
+use tonic_health::server::health_reporter;
 
 /// How often a silent connection is asked whether it lives, and how long it may take to answer.
 const KEEPALIVE: Duration = Duration::from_secs(5);
@@ -74,6 +82,8 @@ pub async fn serve_protected(
 ) -> Result<(), tonic::transport::Error> {
     let farm =
         FarmServer::new(Service { coordinator: coordinator.clone() }).max_decoding_message_size(limits::MESSAGE_BYTES);
+    let (health, health_server) = health_reporter();
+    health.set_serving::<FarmServer<Service>>().await;
     let incoming = bounded(listener, CONNECTIONS);
     let (drains, drained) = oneshot::channel();
     let mut builder = tonic::transport::Server::builder();
@@ -89,6 +99,7 @@ pub async fn serve_protected(
         .http2_max_header_list_size(HEADER_BYTES)
         .max_concurrent_streams(STREAMS)
         .layer(protection.guard)
+        .add_service(health_server)
         .add_service(farm)
         .serve_with_incoming_shutdown(incoming, async {
             // Whoever comes while it drains is told that it stops.
@@ -96,6 +107,8 @@ pub async fn serve_protected(
         });
     let drain = async {
         stop.await;
+        health.set_not_serving::<FarmServer<Service>>().await;
+        health.set_service_status("", ServingStatus::NotServing).await;
         coordinator.drain(grace).await;
         let _ = drains.send(());
         tokio::time::sleep(FAREWELL).await;
@@ -132,7 +145,12 @@ impl Farm for Service {
         request: Request<wire::EvaluationRequest>,
     ) -> Result<Response<Self::EvaluateStream>, Status> {
         let events = self.coordinator.evaluate(request.into_inner())?;
-        Ok(Response::new(events.map(Ok).boxed()))
+        let broker = Arc::clone(&self.coordinator.broker);
+        let counted = move |event: wire::EvaluationEvent| {
+            broker.traffic.answers.add(event.encoded_len());
+            Ok(event)
+        };
+        Ok(Response::new(events.map(counted).boxed()))
     }
 
     async fn jobs(&self, _: Request<wire::JobsRequest>) -> Result<Response<Self::JobsStream>, Status> {
@@ -161,7 +179,10 @@ impl Farm for Service {
         loop {
             let chunk = tokio::time::timeout(CHUNK_TIMEOUT, chunks.message()).await;
             match chunk.map_err(|_| Status::deadline_exceeded("no further chunk of the blob came"))?? {
-                Some(chunk) => assembly.add(&chunk)?,
+                Some(chunk) => {
+                    self.coordinator.broker.traffic.uploads.add(chunk.data.len());
+                    assembly.add(&chunk)?;
+                }
                 None => break,
             }
         }
@@ -174,6 +195,11 @@ impl Farm for Service {
     async fn get_blob(&self, request: Request<wire::BlobDigest>) -> Result<Response<Self::GetBlobStream>, Status> {
         let digest = Digest::from_wire("BlobDigest.digest", &request.get_ref().digest)?;
         let blob: Bytes = self.coordinator.blobs.get(digest, limits::BLOB_BYTES).await?;
-        Ok(Response::new(futures::stream::iter(blob_chunks(digest, blob).map(Ok)).boxed()))
+        let broker = Arc::clone(&self.coordinator.broker);
+        let counted = move |chunk: wire::BlobChunk| {
+            broker.traffic.downloads.add(chunk.data.len());
+            Ok(chunk)
+        };
+        Ok(Response::new(futures::stream::iter(blob_chunks(digest, blob).map(counted)).boxed()))
     }
 }

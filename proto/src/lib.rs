@@ -13,6 +13,12 @@ pub mod wire {
     tonic::include_proto!("gonio.farm.v1");
 }
 
+/// Generated from `externalscaler.proto`: what KEDA asks of the coordinator.
+#[allow(missing_docs, clippy::all, unused_qualifications)]
+pub mod scaler {
+    tonic::include_proto!("externalscaler");
+}
+
 pub use convert::{Digest, Key, WireError};
 
 /// The version of the protocol and of everything that shapes a film: a farm's programs all have the same.

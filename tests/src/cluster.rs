@@ -91,6 +91,8 @@ pub struct Cluster {
     pub workers: Vec<Process>,
     pub coordinator: Process,
     pub url: String,
+    /// What the coordinator printed before it began.
+    said: String,
 }
 
 impl Cluster {
@@ -112,7 +114,7 @@ impl Cluster {
         Self::start_by(&[&["--store", "memory://"], more].concat(), workers, &[])
     }
 
-    fn start_by(arguments: &[&str], workers: usize, environment: &[(&str, &str)]) -> Self {
+    pub fn start_by(arguments: &[&str], workers: usize, environment: &[(&str, &str)]) -> Self {
         let mut command = command("gonio-coordinator", &["--listen", "127.0.0.1:0"]);
         command.args(arguments).env("RUST_LOG", "error").envs(environment.iter().copied());
         Self::start_command(&mut command, workers)
@@ -127,14 +129,27 @@ impl Cluster {
 
     fn start_command(command: &mut Command, workers: usize) -> Self {
         let mut coordinator = Process::spawn(command);
-        let mut line = String::new();
-        BufReader::new(coordinator.0.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let url = line.trim().strip_prefix("listening on ").unwrap().to_owned();
-        let mut cluster = Self { workers: Vec::new(), coordinator, url };
+        let mut said = String::new();
+        let mut lines = BufReader::new(coordinator.0.stdout.take().unwrap());
+        // Further ports are named before the one that everybody comes to.
+        let url = loop {
+            let start = said.len();
+            assert_ne!(lines.read_line(&mut said).unwrap(), 0, "the coordinator ended: {said}");
+            if let Some(url) = said[start..].trim().strip_prefix("listening on ") {
+                break url.to_owned();
+            }
+        };
+        let mut cluster = Self { workers: Vec::new(), coordinator, url, said };
         for _ in 0..workers {
             cluster.add_worker();
         }
         cluster
+    }
+
+    /// Where the coordinator serves something else, by what it printed: `operations`, `scaler`.
+    pub fn port(&self, what: &str) -> &str {
+        let prefix = format!("{what} on ");
+        self.said.lines().find_map(|line| line.strip_prefix(&prefix)).unwrap()
     }
 
     /// A coordinator over a folder, and its workers.

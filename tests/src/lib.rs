@@ -6,6 +6,7 @@
 pub mod cluster;
 pub mod hidden;
 pub mod noise;
+pub mod operations;
 pub mod pki;
 
 use gonio_scene::film::{PixelSet, Tile};

@@ -4,19 +4,29 @@
 #![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
 #![cfg(unix)]
 
-use gonio_tests::cluster::command;
+use gonio_tests::cluster::{Cluster, command};
+use gonio_tests::operations::{free_address, wait_for};
 use k8s_openapi::api::apps::v1::Deployment;
 use k8s_openapi::api::autoscaling::v2::HorizontalPodAutoscaler;
-use k8s_openapi::api::core::v1::{Container, PersistentVolumeClaim, PodSpec, Service};
+use k8s_openapi::api::core::v1::{Container, PersistentVolumeClaim, PodSpec, Probe, Service};
 use k8s_openapi::api::networking::v1::NetworkPolicy;
 use k8s_openapi::api::policy::v1::PodDisruptionBudget;
+use k8s_openapi::apimachinery::pkg::util::intstr::IntOrString;
+use keda::{ScaledObject, TriggerAuthentication};
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Duration;
+
+#[path = "kubernetes/keda.rs"]
+mod keda;
 
 const PORT: i32 = 7300;
+/// Of probes and metrics.
+const OPERATIONS: i32 = 7301;
+const SCALER: i32 = 7302;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("k8s")
@@ -30,7 +40,7 @@ fn documents(text: &str) -> Vec<Value> {
 /// All manifests as they are written; patches have types too.
 fn written() -> Vec<(String, Value)> {
     let mut all = Vec::new();
-    for place in ["base", "overlays/local", "overlays/cloud"] {
+    for place in ["base", "overlays/local", "overlays/cloud", "overlays/keda"] {
         for entry in std::fs::read_dir(folder().join(place)).unwrap() {
             let path = entry.unwrap().path();
             if !path.ends_with("kustomization.yaml") {
@@ -72,6 +82,15 @@ fn check_types(path: &str, document: &Value) {
         "NetworkPolicy" => drop(typed::<NetworkPolicy>(&path, document)),
         "HorizontalPodAutoscaler" => drop(typed::<HorizontalPodAutoscaler>(&path, document)),
         "PersistentVolumeClaim" => drop(typed::<PersistentVolumeClaim>(&path, document)),
+        // Not of Kubernetes' own API: their types here refuse every key that they do not know.
+        "ScaledObject" => {
+            let object: ScaledObject = serde_json::from_value(document.clone()).expect(&path);
+            object.metadata.check();
+        }
+        "TriggerAuthentication" => {
+            let object: TriggerAuthentication = serde_json::from_value(document.clone()).expect(&path);
+            object.metadata.check();
+        }
         other => panic!("{path}: {other} is checked by nobody"),
     }
 }
@@ -112,6 +131,30 @@ fn check_pod(program: &str, pod: &PodSpec, container: &Container, arguments: &[S
     assert_eq!(mounted, volumes);
 }
 
+/// A container's port by its name.
+fn port(container: &Container, name: &str) -> Option<i32> {
+    let ports = container.ports.iter().flatten();
+    ports.clone().find(|port| port.name.as_deref() == Some(name)).map(|port| port.container_port)
+}
+
+fn probes(container: &Container) -> [(&'static str, &Probe); 3] {
+    let Container { startup_probe, readiness_probe, liveness_probe, .. } = container;
+    [("startup", startup_probe), ("ready", readiness_probe), ("live", liveness_probe)]
+        .map(|(name, probe)| (name, probe.as_ref().unwrap_or_else(|| panic!("no probe for {name}"))))
+}
+
+/// Every probe asks its own path of the port that the program is told to answer at.
+fn check_probes(container: &Container, flags: &BTreeMap<&str, &str>) {
+    assert!(flags["operations"].ends_with(&format!(":{OPERATIONS}")));
+    assert_eq!(port(container, "operations"), Some(OPERATIONS));
+    for (name, probe) in probes(container) {
+        let http = probe.http_get.as_ref().unwrap();
+        assert_eq!(http.path.as_deref(), Some(&*format!("/healthz/{name}")));
+        assert_eq!(http.port, IntOrString::String("operations".to_owned()));
+        assert_eq!(http.scheme, None, "it is plain HTTP");
+    }
+}
+
 /// The deployments of a list of manifests that are whole.
 fn check_deployments(manifests: &[Value]) {
     let mut seen = 0;
@@ -126,18 +169,18 @@ fn check_deployments(manifests: &[Value]) {
         let arguments = container.args.clone().unwrap();
         check_pod(program, &pod, container, &arguments);
         let flags = flags(&arguments);
+        check_probes(container, &flags);
         if program == "gonio-coordinator" {
             assert!(flags["listen"].ends_with(&format!(":{PORT}")));
-            assert_eq!(container.ports.as_ref().unwrap()[0].container_port, PORT);
-            let probes = [&container.startup_probe, &container.readiness_probe, &container.liveness_probe];
-            for probe in probes.into_iter().flatten() {
-                assert_eq!(serde_json::to_value(&probe.tcp_socket).unwrap()["port"], "grpc");
-            }
-            assert!(container.readiness_probe.is_some());
-            // One that stands by listens to nobody, and must not be killed for it.
-            assert!(!flags.contains_key("standby") || container.liveness_probe.is_none());
+            assert_eq!(port(container, "grpc"), Some(PORT));
+            let scaler = flags.get("scaler").map(|_| SCALER);
+            assert_eq!(port(container, "scaler"), scaler);
+            assert!(scaler.is_none_or(|port| flags["scaler"].ends_with(&format!(":{port}"))));
         } else {
             assert!(flags["coordinator"].ends_with(&format!("//gonio-coordinator:{PORT}")));
+            // A variable in an argument is one of the container.
+            let variable = flags["name"].strip_prefix("$(").and_then(|name| name.strip_suffix(')')).unwrap();
+            assert!(container.env.iter().flatten().any(|env| env.name == variable));
         }
         seen += 1;
     }
@@ -161,6 +204,76 @@ fn manifests_have_the_types_of_the_api_and_the_flags_of_the_programs() {
     written.iter().for_each(|(path, document)| check_types(path, document));
     let base = written.iter().filter(|(path, _)| path.contains("/base/")).map(|(_, d)| d.clone());
     check_deployments(&base.collect::<Vec<_>>());
+}
+
+/// What the manifests ask, asked of the programs that they start.
+#[test]
+fn probes_are_answered_by_the_programs() {
+    let written = written();
+    let mut cluster = Cluster::start_with_more(&["--operations", "127.0.0.1:0"], 0);
+    let (coordinator, worker) = (cluster.port("operations").to_owned(), free_address());
+    cluster.add_worker_with(&["--operations", &worker]);
+    let mut asked = 0;
+    for (_, document) in written.iter().filter(|(path, d)| path.contains("/base/") && d["kind"] == "Deployment") {
+        let deployment: Deployment = typed("deployment", document);
+        let container = &deployment.spec.unwrap().template.spec.unwrap().containers[0];
+        let address = if container.name == "coordinator" { &coordinator } else { &worker };
+        for (_, probe) in probes(container) {
+            let path = probe.http_get.as_ref().unwrap().path.clone().unwrap();
+            let name = path.strip_prefix("/healthz/").unwrap();
+            assert_eq!(wait_for(address, name, 200, Duration::from_secs(10)), "ok\n");
+            asked += 1;
+        }
+    }
+    assert_eq!(asked, 6);
+}
+
+#[test]
+fn keda_finds_the_scaler_and_a_certificate() {
+    let of_overlay = |name: &str| std::fs::read_to_string(folder().join("overlays/keda").join(name)).unwrap();
+    let namespace = documents(&of_overlay("kustomization.yaml"))[0]["namespace"].as_str().unwrap().to_owned();
+    let documents = documents(&of_overlay("scaling.yaml"));
+    let scaled: ScaledObject = serde_json::from_value(documents[0].clone()).unwrap();
+    let authentication: TriggerAuthentication = serde_json::from_value(documents[1].clone()).unwrap();
+    keda::check(&scaled, &authentication);
+    let trigger = &scaled.spec.triggers[0];
+    assert_eq!(trigger.metadata.scaler_address, format!("gonio-coordinator.{namespace}.svc:{SCALER}"));
+    // A worker has something to do on every thread.
+    let written = written();
+    let worker = written.iter().find(|(path, d)| path.ends_with("worker.yaml") && d["kind"] == "Deployment").unwrap();
+    let worker: Deployment = typed("worker", &worker.1);
+    assert_eq!(worker.metadata.name.as_deref(), Some(scaled.spec.scale_target_ref.name.as_str()));
+    let pod = worker.spec.unwrap().template.spec.unwrap();
+    let arguments = pod.containers[0].args.clone().unwrap();
+    let threads: u32 = flags(&arguments)["threads"].parse().unwrap();
+    assert!(trigger.metadata.slots.parse::<u32>().unwrap() >= threads);
+    // The secret that it shows is one that the farm's members have.
+    let secrets: Vec<_> = pod.volumes.unwrap().into_iter().filter_map(|v| v.secret?.secret_name).collect();
+    assert!(authentication.spec.secret_target_ref.iter().all(|target| secrets.contains(&target.name)));
+    assert_eq!(help("gonio-coordinator").matches("--scaler <ADDRESS>").count(), 1);
+}
+
+/// What Prometheus is told to scrape is where the programs serve their metrics.
+#[test]
+fn prometheus_is_sent_to_the_operations_port() {
+    let text = |name: &str| std::fs::read_to_string(folder().join("grafana").join(name)).unwrap();
+    let scrape = &documents(&text("prometheus.yaml"))[0]["scrape_configs"][0]["dns_sd_configs"][0];
+    assert_eq!(scrape["port"], OPERATIONS);
+    let compose = std::fs::read_to_string(folder().join("compose/compose.yaml")).unwrap();
+    let services = documents(&compose)[0]["services"].clone();
+    for name in scrape["names"].as_array().unwrap() {
+        let arguments = services[name.as_str().unwrap()]["command"].as_array().unwrap();
+        assert!(arguments.contains(&Value::from(format!("--operations=0.0.0.0:{OPERATIONS}"))), "{name}");
+    }
+    let monitor = &documents(&text("podmonitor.yaml"))[0]["spec"];
+    assert_eq!(monitor["podMetricsEndpoints"][0]["port"], "operations");
+    assert_eq!(monitor["podMetricsEndpoints"][0]["path"], "/metrics");
+    assert_eq!(monitor["selector"]["matchLabels"]["app.kubernetes.io/part-of"], "gonio");
+    let config = folder().join("grafana/prometheus.yaml");
+    match Command::new("promtool").args(["check", "config"]).arg(config).output() {
+        Ok(output) => assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr)),
+        Err(_) => println!("skipped: there is no promtool here"),
+    }
 }
 
 #[test]

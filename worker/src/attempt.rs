@@ -1,12 +1,13 @@
 //! One attempt at a task, from its arrival to the messages that end it.
 
+use crate::Meter;
 use crate::renderer::Scene;
 use gonio_proto::convert::film::film_to_wire;
 use gonio_proto::convert::task::{AttemptId, Task};
 use gonio_proto::wire::{self, from_worker::Message};
 use gonio_tracer::TileTask;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
 /// Who has an attempt: a render thread that has claimed it, or nobody yet.
@@ -35,15 +36,42 @@ impl Claim {
 }
 
 /// Renders one task on a render thread; the messages that end the attempt, none if it was cancelled.
-pub(crate) fn render(scene: &dyn Scene, task: &Task, first_hits: bool, claim: &Claim) -> Vec<wire::FromWorker> {
-    let rendered = catch_unwind(AssertUnwindSafe(|| film(scene, task, first_hits, claim)));
-    let panicked = |_| vec![failed(task.id, format!("rendering {} of photo {} panicked", task.id, task.photo))];
-    rendered.unwrap_or_else(panicked)
+pub(crate) fn render(
+    scene: &dyn Scene,
+    task: &Task,
+    first_hits: bool,
+    claim: &Claim,
+    meter: &Meter,
+) -> Vec<wire::FromWorker> {
+    let count = |counter: &AtomicU64| counter.fetch_add(1, Ordering::Relaxed);
+    let rendered = catch_unwind(AssertUnwindSafe(|| film(scene, task, first_hits, claim, meter)));
+    match rendered {
+        Ok(Ok(Some(messages))) => messages,
+        Ok(Ok(None)) => {
+            count(&meter.cancelled);
+            Vec::new()
+        }
+        Ok(Err(text)) => {
+            count(&meter.failed);
+            vec![failed(task.id, text)]
+        }
+        Err(_) => {
+            count(&meter.failed);
+            vec![failed(task.id, format!("rendering {} of photo {} panicked", task.id, task.photo))]
+        }
+    }
 }
 
-fn film(scene: &dyn Scene, task: &Task, first_hits: bool, claim: &Claim) -> Vec<wire::FromWorker> {
+/// The film's messages, `None` if the attempt was cancelled, or why nobody can render the task.
+fn film(
+    scene: &dyn Scene,
+    task: &Task,
+    first_hits: bool,
+    claim: &Claim,
+    meter: &Meter,
+) -> Result<Option<Vec<wire::FromWorker>>, String> {
     if claim.is_cancelled() {
-        return Vec::new();
+        return Ok(None);
     }
     let start = Instant::now();
     let tile = TileTask {
@@ -59,19 +87,17 @@ fn film(scene: &dyn Scene, task: &Task, first_hits: bool, claim: &Claim) -> Vec<
     match film {
         // Without a way out of the loop, so that it is a vector loop.
         Some(film) if film.data.iter().fold(true, |finite, value| finite & value.is_finite()) => {
-            film_to_wire(task.id, &film, start.elapsed()).collect()
+            let time = start.elapsed();
+            let per_pixel = if first_hits { 1 } else { 2 * task.samples.len() as u64 };
+            meter.rendered(task.pixels.count() as u64 * per_pixel, time);
+            Ok(Some(film_to_wire(task.id, &film, time).collect()))
         }
-        Some(_) => {
-            let text = format!(
-                "photo {}: the render overflows; lower the capture's radiances to the order of one",
-                task.photo
-            );
-            vec![failed(task.id, text)]
-        }
-        None if claim.is_cancelled() => Vec::new(),
-        None => {
-            vec![failed(task.id, format!("photo {}: cannot be rendered, the capture has no such photo", task.photo))]
-        }
+        Some(_) => Err(format!(
+            "photo {}: the render overflows; lower the capture's radiances to the order of one",
+            task.photo
+        )),
+        None if claim.is_cancelled() => Ok(None),
+        None => Err(format!("photo {}: cannot be rendered, the capture has no such photo", task.photo)),
     }
 }
 

@@ -64,14 +64,15 @@ impl Batch {
             match &scene {
                 _ if claim.is_cancelled() => drop(sender.send(Said::Ended(id, Vec::new()))),
                 Ok(scene) => {
-                    let scene = Arc::clone(scene);
+                    let (scene, meter) = (Arc::clone(scene), Arc::clone(&worker.meter));
                     worker.queue.push(self.setup.class, move || {
                         if claim.is_cancelled() || !claim.take() {
                             let _ = sender.send(Said::Ended(id, Vec::new()));
                             return;
                         }
                         let _ = sender.send(Said::Started(id));
-                        let _ = sender.send(Said::Ended(id, attempt::render(&*scene, &task, first_hits, &claim)));
+                        let end = attempt::render(&*scene, &task, first_hits, &claim, &meter);
+                        let _ = sender.send(Said::Ended(id, end));
                     });
                 }
                 Err(unavailable) => {

@@ -7,6 +7,7 @@ pub mod access;
 mod attempt;
 mod batch;
 pub mod heart;
+mod meter;
 pub mod pull;
 mod queue;
 pub mod remote;
@@ -15,6 +16,7 @@ pub mod scenes;
 pub mod source;
 
 pub use heart::Heart;
+pub use meter::Meter;
 pub use source::BlobSource;
 
 use gonio_proto::limits;
@@ -35,6 +37,8 @@ pub struct Worker {
     store: Option<Blobs>,
     /// How long what is being rendered may take to end once the worker is told to stop.
     grace: Duration,
+    /// What it has done.
+    meter: Arc<Meter>,
 }
 
 impl Worker {
@@ -48,8 +52,9 @@ impl Worker {
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("render-{i}")).build()?;
         let queue = Queue::new(pool);
-        let scenes = Arc::new(Scenes::new(renderer, queue.clone()));
-        Ok(Self { name: name.to_owned(), scenes, queue, store: None, grace: Duration::ZERO })
+        let meter = Arc::<Meter>::default();
+        let scenes = Arc::new(Scenes::new(renderer, queue.clone(), Arc::clone(&meter)));
+        Ok(Self { name: name.to_owned(), scenes, queue, store: None, grace: Duration::ZERO, meter })
     }
 
     /// The same worker, which looks for captures' files in `store` before it asks a remote coordinator for them.

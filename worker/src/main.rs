@@ -1,17 +1,17 @@
 //! `gonio-worker`: renders for a coordinator, as a process of its own.
 
 use clap::Parser;
+use gonio_operations::OperationsArguments;
 use gonio_store::Blobs;
 use gonio_worker::Worker;
 use gonio_worker::access::Access;
 use gonio_worker::renderer::PathTracer;
 use std::sync::Arc;
 use tokio::signal::unix::{SignalKind, signal};
-use tracing_subscriber::EnvFilter;
 
 /// Renders tasks for a coordinator until it is told to stop.
 #[derive(Debug, Parser)]
-#[command(version)]
+#[command(version = gonio_operations::VERSION)]
 struct Arguments {
     /// The coordinator's address, such as http://127.0.0.1:7300
     #[arg(long)]
@@ -30,20 +30,22 @@ struct Arguments {
     #[arg(long, default_value_t = 10.0, value_parser = gonio_proto::limits::seconds)]
     grace: f64,
     #[command(flatten)]
+    operations: OperationsArguments,
+    #[command(flatten)]
     access: Access,
 }
 
 #[tokio::main(flavor = "multi_thread", worker_threads = 2)]
 async fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    gonio_operations::start_log(arguments.operations.log);
     let name = arguments.name.unwrap_or_else(|| format!("worker-{}", std::process::id()));
     let mut worker = Worker::new(&name, arguments.threads, Arc::new(PathTracer))?;
     worker = worker.with_grace(std::time::Duration::from_secs_f64(arguments.grace));
     if let Some(url) = &arguments.store {
         worker = worker.with_store(open(url).await?);
     }
+    arguments.operations.serve(&Arc::new(worker.clone()))?;
     let (mut interrupt, mut terminate) = (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
     let stop = async move {
         tokio::select! {

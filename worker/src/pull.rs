@@ -3,7 +3,7 @@
 use crate::attempt::{Claim, released, said};
 use crate::batch::Batch;
 use crate::heart::{Heart, keep_beating};
-use crate::{BlobSource, Worker};
+use crate::{BlobSource, Meter, Worker};
 use futures::StreamExt;
 use futures::stream::BoxStream;
 use gonio_proto::convert::task::{AttemptId, Hello, Setup, tasks_from_wire};
@@ -12,6 +12,7 @@ use gonio_proto::{Digest, WireError};
 use std::collections::BTreeMap;
 use std::future::Future;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
@@ -63,6 +64,15 @@ struct Session<'w> {
     ended: mpsc::UnboundedSender<AttemptId>,
 }
 
+/// Dropped, no coordinator has accepted the worker any more.
+struct Accepted<'w>(&'w Meter);
+
+impl Drop for Accepted<'_> {
+    fn drop(&mut self) {
+        self.0.accepted.store(false, Ordering::Relaxed);
+    }
+}
+
 impl Drop for Session<'_> {
     fn drop(&mut self) {
         self.held.values().for_each(|claim| claim.cancel());
@@ -93,6 +103,8 @@ impl Worker {
         let to_worker::Message::Welcome(welcome) = next(&mut link.inbound).await? else {
             return Err(WireError::new("ToWorker", "must begin with Welcome").into());
         };
+        self.meter.accepted.store(true, Ordering::Relaxed);
+        let _accepted = Accepted(&self.meter);
         // A task of its own: it beats while this one waits for a full channel. It ends with the set.
         let mut heart = JoinSet::new();
         let silence = Duration::from_millis(welcome.silence_milliseconds.into());
@@ -112,6 +124,7 @@ impl Worker {
                     return Err(PullError::Ended(Status::unavailable(status.message())));
                 }
                 () = &mut stop, if !session.stopping => {
+                    self.meter.stopping.store(true, Ordering::Relaxed);
                     session.stop().await?;
                     grace.as_mut().reset(tokio::time::Instant::now() + self.grace);
                 }

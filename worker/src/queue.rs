@@ -4,7 +4,7 @@
 use gonio_proto::convert::request::Class;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Render time of interactive work for each of batch work, where both wait: as the coordinator shares the farm.
 const INTERACTIVE_WEIGHT: u64 = 4;
@@ -25,6 +25,10 @@ struct Waiting {
     jobs: [VecDeque<Job>; 2],
     /// Render time over weight that each class has had, microseconds.
     passes: [u64; 2],
+    /// Threads that run a job.
+    running: usize,
+    /// When a job last came to where none waited, was begun, or ended.
+    moved: Option<Instant>,
 }
 
 impl Queue {
@@ -38,6 +42,22 @@ impl Queue {
     #[must_use]
     pub fn threads(&self) -> usize {
         self.pool.current_num_threads()
+    }
+
+    /// Jobs that run, and jobs that wait.
+    #[must_use]
+    pub fn load(&self) -> (u64, u64) {
+        let waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        (waiting.running as u64, waiting.len() as u64)
+    }
+
+    /// Whether jobs wait that no thread has begun for `bound` although threads are free: long jobs keep them busy, a hang
+    /// does not.
+    #[must_use]
+    pub fn is_stuck(&self, bound: Duration) -> bool {
+        let waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        let still = waiting.moved.is_some_and(|moved| moved.elapsed() > bound);
+        waiting.len() > 0 && waiting.running < self.threads() && still
     }
 
     /// Runs a job on a render thread when its turn comes. The job must not panic.
@@ -58,7 +78,14 @@ fn run_next(waiting: &Mutex<Waiting>) {
 }
 
 impl Waiting {
+    fn len(&self) -> usize {
+        self.jobs.iter().map(VecDeque::len).sum()
+    }
+
     fn push(&mut self, class: Class, job: Job) {
+        if self.len() == 0 {
+            self.moved = Some(Instant::now());
+        }
         let (own, other) = (class as usize, 1 - class as usize);
         if self.jobs[own].is_empty() && !self.jobs[other].is_empty() {
             // A class does not make up for the time in which it wanted nothing.
@@ -71,10 +98,16 @@ impl Waiting {
         let [interactive, batch] = &mut self.jobs;
         let first = batch.is_empty() || (self.passes[0] <= self.passes[1] && !interactive.is_empty());
         let (class, jobs) = if first { (Class::Interactive, interactive) } else { (Class::Batch, batch) };
-        jobs.pop_front().map(|job| (class, job))
+        let job = jobs.pop_front()?;
+        self.running += 1;
+        self.moved = Some(Instant::now());
+        Some((class, job))
     }
 
+    /// Notes that a job has ended, and what it took.
     fn charge(&mut self, class: Class, micros: u64) {
+        self.running -= 1;
+        self.moved = Some(Instant::now());
         let weight = if class == Class::Interactive { INTERACTIVE_WEIGHT } else { 1 };
         let pass = &mut self.passes[class as usize];
         *pass = pass.saturating_add(micros / weight);
@@ -118,6 +151,27 @@ mod tests {
         // Nor has it saved anything up.
         (0..50).for_each(|_| waiting.push(Class::Interactive, Box::new(|| ())));
         assert!(take(&mut waiting, 25) <= 21);
+    }
+
+    #[test]
+    fn long_jobs_are_no_hang_and_jobs_that_no_free_thread_begins_are() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let queue = Queue::new(pool);
+        let (bound, (end, ended)) = (Duration::from_millis(50), std::sync::mpsc::channel::<()>());
+        queue.push(Class::Batch, move || ended.recv().unwrap());
+        queue.push(Class::Batch, || ());
+        std::thread::sleep(3 * bound);
+        assert_eq!((queue.load(), queue.is_stuck(bound)), ((1, 1), false), "the thread is busy");
+        end.send(()).unwrap();
+        while queue.load() != (0, 0) {
+            std::thread::yield_now();
+        }
+        assert!(!queue.is_stuck(Duration::ZERO), "nothing waits");
+        // A job without the call that takes it: what a lost thread would leave.
+        queue.waiting.lock().unwrap().push(Class::Batch, Box::new(|| ()));
+        assert!(!queue.is_stuck(bound));
+        std::thread::sleep(3 * bound);
+        assert!(queue.is_stuck(bound));
     }
 
     #[test]

@@ -13,6 +13,7 @@ use gonio_proto::convert::digest::BlobAssembly;
 use gonio_proto::{Digest, wire};
 use std::future::Future;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
@@ -71,6 +72,15 @@ impl Worker {
     /// # Errors
     /// No URL, or no usable access; a coordinator that will never take this worker, such as one of another version.
     pub async fn work_for(&self, url: &str, access: &Access, stop: impl Future<Output = ()>) -> Result<(), WorkError> {
+        self.meter.pulse.beside(self.connect_and_serve(url, access, stop)).await
+    }
+
+    async fn connect_and_serve(
+        &self,
+        url: &str,
+        access: &Access,
+        stop: impl Future<Output = ()>,
+    ) -> Result<(), WorkError> {
         let client = access.client(url)?;
         // On the connection of the films a beat would wait behind megabytes, wherever the network is slow.
         let heart: Arc<dyn Heart> = Arc::new(RemoteHeart(access.client(url)?));
@@ -82,6 +92,7 @@ impl Worker {
         let stop = stop.shared();
         loop {
             let started = Instant::now();
+            self.meter.connections.fetch_add(1, Ordering::Relaxed);
             let end = tokio::select! {
                 link = self.connect(client.clone(), Arc::clone(&heart)) => match link {
                     Ok(link) => {

@@ -1,8 +1,8 @@
 //! Captures that were fetched and scenes that were prepared, each once, the last ones kept.
 
-use crate::BlobSource;
 use crate::queue::Queue;
 use crate::renderer::{Loaded, Renderer, Scene};
+use crate::{BlobSource, Meter};
 use gonio_proto::convert::manifest::Manifest;
 use gonio_proto::convert::request::Class;
 use gonio_proto::convert::task::Setup;
@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 use std::hash::Hash;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::OnceCell;
 
@@ -34,25 +35,55 @@ pub enum SceneUnavailable {
     NotFetched(String),
 }
 
-type Cell<T> = Arc<OnceCell<Arc<T>>>;
+type Cell<T> = Arc<OnceCell<T>>;
+
+/// A capture that is loaded.
+#[derive(Clone)]
+struct Kept {
+    loaded: Arc<dyn Loaded>,
+    /// Of the files that it was loaded from, its manifest among them.
+    bytes: u64,
+}
+
+/// What the caches hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Held {
+    /// Captures loaded.
+    pub captures: u64,
+    /// Bytes of their files.
+    pub bytes: u64,
+    /// Scenes prepared.
+    pub scenes: u64,
+}
 
 /// The bounded caches of a worker.
 pub struct Scenes {
     renderer: Arc<dyn Renderer>,
     /// Where loading and preparing run, so that a worker never takes more threads than it was given.
     queue: Queue,
+    meter: Arc<Meter>,
     /// Both held only to find or insert a cell. Whoever comes first fills it; the others wait at the cell, on tokio, not
     /// on a render thread.
-    captures: Mutex<LruCache<Digest, Cell<dyn Loaded>>>,
-    scenes: Mutex<LruCache<Digest, Cell<dyn Scene>>>,
+    captures: Mutex<LruCache<Digest, Cell<Kept>>>,
+    scenes: Mutex<LruCache<Digest, Cell<Arc<dyn Scene>>>>,
 }
 
 impl Scenes {
     /// Nothing fetched yet.
     #[must_use]
-    pub fn new(renderer: Arc<dyn Renderer>, queue: Queue) -> Self {
+    pub fn new(renderer: Arc<dyn Renderer>, queue: Queue, meter: Arc<Meter>) -> Self {
         let (captures, scenes) = (Mutex::new(LruCache::new(CAPTURES)), Mutex::new(LruCache::new(SCENES)));
-        Self { renderer, queue, captures, scenes }
+        Self { renderer, queue, meter, captures, scenes }
+    }
+
+    /// What is kept, complete.
+    pub(crate) fn held(&self) -> Held {
+        let captures = self.captures.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept: Vec<u64> = captures.iter().filter_map(|(_, cell)| cell.get()).map(|kept| kept.bytes).collect();
+        drop(captures);
+        let scenes = self.scenes.lock().unwrap_or_else(PoisonError::into_inner);
+        let scenes = scenes.iter().filter(|(_, cell)| cell.get().is_some()).count() as u64;
+        Held { captures: kept.len() as u64, bytes: kept.iter().sum(), scenes }
     }
 
     /// The scene of an evaluation; `key` is its [`Setup::scene_key`].
@@ -77,23 +108,37 @@ impl Scenes {
     async fn loaded(&self, setup: &Setup, blobs: &dyn BlobSource) -> Result<Arc<dyn Loaded>, SceneUnavailable> {
         let cell = find(&self.captures, setup.capture);
         let load = async || {
-            let manifest = fetch(blobs, setup.capture, "the capture's manifest").await?;
+            let manifest = self.fetch(blobs, setup.capture, "the capture's manifest").await?;
+            let mut bytes = manifest.len() as u64;
             let manifest = Manifest::from_blob(manifest).map_err(broken)?;
             let text = std::str::from_utf8(&manifest.toml).map_err(broken)?;
             let capture = Capture::parse(text).map_err(broken)?;
             let mut files = BTreeMap::new();
             for (path, digest) in manifest.rendered_files(&capture) {
-                let blob = fetch(blobs, digest, path).await?;
+                let blob = self.fetch(blobs, digest, path).await?;
+                bytes += blob.len() as u64;
                 files.insert(path.to_owned(), Arc::from(&*blob));
             }
             let renderer = Arc::clone(&self.renderer);
             self.on_pool(setup.class, move || {
                 let assets = Assets::load(&capture, &MemoryFiles(files)).map_err(broken)?;
-                Ok(renderer.load(capture, assets))
+                Ok(Kept { loaded: renderer.load(capture, assets), bytes })
             })
             .await
         };
-        cell.get_or_try_init(load).await.cloned()
+        cell.get_or_try_init(load).await.map(|kept| Arc::clone(&kept.loaded))
+    }
+
+    async fn fetch(
+        &self,
+        blobs: &dyn BlobSource,
+        digest: Digest,
+        what: &str,
+    ) -> Result<bytes::Bytes, SceneUnavailable> {
+        let blob = blobs.get(digest).await.map_err(|error| SceneUnavailable::NotFetched(format!("{what}: {error}")))?;
+        debug_assert!(blob.len() as u64 <= limits::BLOB_BYTES);
+        self.meter.fetched_bytes.fetch_add(blob.len() as u64, Relaxed);
+        Ok(blob)
     }
 
     async fn on_pool<T: Send + 'static>(
@@ -114,15 +159,9 @@ impl Scenes {
     }
 }
 
-fn find<K: Hash + Eq, V: ?Sized>(cache: &Mutex<LruCache<K, Cell<V>>>, key: K) -> Cell<V> {
+fn find<K: Hash + Eq, V>(cache: &Mutex<LruCache<K, Cell<V>>>, key: K) -> Cell<V> {
     let mut cache = cache.lock().unwrap_or_else(PoisonError::into_inner);
     Arc::clone(cache.get_or_insert(key, Cell::default))
-}
-
-async fn fetch(blobs: &dyn BlobSource, digest: Digest, what: &str) -> Result<bytes::Bytes, SceneUnavailable> {
-    let blob = blobs.get(digest).await.map_err(|error| SceneUnavailable::NotFetched(format!("{what}: {error}")))?;
-    debug_assert!(blob.len() as u64 <= limits::BLOB_BYTES);
-    Ok(blob)
 }
 
 #[allow(clippy::needless_pass_by_value)] // Its place is in `map_err`.

@@ -9,8 +9,14 @@ pub struct Counters {
     pub second: u64,
     /// Commits accepted, one per task.
     pub committed: u64,
+    /// Camera samples of the tasks committed.
+    pub camera_samples: u64,
     /// Results refused: late, foreign, or sent twice.
     pub refused: u64,
+    /// Of these, those of another coordinator's tasks, or of leases that another worker holds.
+    pub foreign: u64,
+    /// Of these, those sent twice.
+    pub repeated: u64,
     /// Leases that ended without a result, for whatever reason.
     pub returned: u64,
     /// Leases that ended because another attempt was faster.

@@ -11,8 +11,10 @@ mod pace;
 pub mod session;
 mod shares;
 mod state;
+mod survey;
 mod sweep;
 pub mod tasks;
+mod traffic;
 mod workers;
 
 pub use active::{Active, Failure, Outcome};
@@ -20,8 +22,11 @@ pub use counters::Counters;
 pub use loss::Loss;
 pub use shares::INTERACTIVE_WEIGHT;
 pub use state::ToWorker;
+pub use survey::{Load, Survey, WorkerSurvey};
 pub use sweep::SILENCE;
+pub use traffic::Traffic;
 
+use gonio_operations::{Distribution, Pulse};
 use gonio_proto::wire::{self, to_worker::Message};
 use gonio_scene::Progress;
 use state::{Entry, State};
@@ -39,6 +44,12 @@ pub struct Broker {
     state: Mutex<State>,
     /// Set once, by [`Broker::close`]; every worker's session waits for it.
     closed: watch::Sender<bool>,
+    /// Beats after every sweep, which takes the lock: it stops where that never comes free.
+    pub pulse: Pulse,
+    /// Render time of every task committed.
+    pub render_times: Distribution,
+    /// Bytes that came and went.
+    pub traffic: Traffic,
 }
 
 impl Broker {
@@ -47,7 +58,8 @@ impl Broker {
     #[must_use]
     pub fn new(epoch: u64, silence: Duration) -> Arc<Self> {
         let state = Mutex::new(State::new(epoch));
-        Arc::new(Self { epoch, silence, state, closed: watch::Sender::new(false) })
+        let (pulse, render_times, traffic) = (Pulse::default(), Distribution::default(), Traffic::default());
+        Arc::new(Self { epoch, silence, state, closed: watch::Sender::new(false), pulse, render_times, traffic })
     }
 
     fn state(&self) -> MutexGuard<'_, State> {

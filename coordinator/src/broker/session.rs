@@ -161,6 +161,7 @@ impl Films {
 
     fn add(&mut self, chunk: wire::ResultChunk) -> Result<(), WireError> {
         let id = AttemptId::from_wire("ResultChunk.id", chunk.id)?;
+        self.broker.traffic.films.add(chunk.data.len());
         match self.expected(id) {
             Some(shape) => self.open.entry(id).or_insert_with(|| FilmAssembly::new(shape)).add(chunk),
             // Late: the lease ran out or the evaluation is over. The commit that follows will be counted.
@@ -175,7 +176,7 @@ impl Films {
         let id = AttemptId::from_wire("Commit.id", commit.id)?;
         let open = self.open.remove(&id);
         let Some(shape) = self.expected(id) else {
-            self.broker.refuse(self.worker, id, "its lease has ended, or its film was sent before");
+            self.broker.refuse(self.worker, id, self.sent.contains(&id));
             return Ok(());
         };
         let film = open.unwrap_or_else(|| FilmAssembly::new(shape));

@@ -45,6 +45,10 @@ pub(super) struct Worker {
     pub outbound: mpsc::UnboundedSender<ToWorker>,
     /// Evaluations whose setup it has, and how fast it renders them.
     pub told: BTreeMap<u64, Pace>,
+    /// Camera samples of the tasks that it committed.
+    pub camera_samples: u64,
+    /// What these took, of one render thread.
+    pub render_time: Duration,
 }
 
 impl Worker {

@@ -54,6 +54,7 @@ impl Broker {
             ticks.tick().await;
             let Some(broker) = broker.upgrade() else { return };
             broker.sweep();
+            broker.pulse.beat();
             sweeps = sweeps.wrapping_add(1);
             let counters = broker.counters();
             if sweeps.is_multiple_of(SUMMARY) && last.replace(counters) != Some(counters) {

@@ -143,7 +143,19 @@ impl Tasks {
     /// Whether `worker` holds the lease of this attempt.
     #[must_use]
     pub fn is_held(&self, task: u64, attempt: u32, worker: u64) -> bool {
-        self.leases.get(&(task, attempt)).is_some_and(|lease| lease.worker == worker)
+        self.holder(task, attempt) == Some(worker)
+    }
+
+    /// Who holds the lease of this attempt.
+    #[must_use]
+    pub fn holder(&self, task: u64, attempt: u32) -> Option<u64> {
+        self.leases.get(&(task, attempt)).map(|lease| lease.worker)
+    }
+
+    /// Live attempts.
+    #[must_use]
+    pub fn in_hand(&self) -> u64 {
+        self.leases.len() as u64
     }
 
     /// Notes that the holder of a lease begins to render; does nothing if `worker` does not hold it.

@@ -19,7 +19,17 @@ impl Broker {
         let id = state.new_id();
         tracing::info!(worker = id, name = hello.name, slots = hello.slots, "worker joined");
         state.slots += u64::from(hello.slots);
-        let worker = Worker { hello, credits: 0, leaving: false, held: 0, missed: 0, outbound, told: BTreeMap::new() };
+        let worker = Worker {
+            hello,
+            credits: 0,
+            leaving: false,
+            held: 0,
+            missed: 0,
+            outbound,
+            told: BTreeMap::new(),
+            camera_samples: 0,
+            render_time: Duration::ZERO,
+        };
         let silence_milliseconds = u32::try_from(self.silence.as_millis()).unwrap_or(u32::MAX);
         worker.send(Message::Welcome(wire::Welcome { worker: id, epoch: self.epoch, silence_milliseconds }));
         state.workers.insert(id, worker);
@@ -106,15 +116,20 @@ impl Broker {
         });
         let Some((active, part, samples, render_time, committed)) = accepted else {
             drop(state);
-            self.refuse(worker, id, "its lease has ended");
+            self.refuse(worker, id, false);
             return None;
         };
         state.counters.committed += 1;
+        state.counters.camera_samples += samples;
         let took = i64::try_from(render_time.as_micros()).unwrap_or(i64::MAX);
         state.shares.charge(id.evaluation, took.saturating_sub(committed.lease.charged.into()));
         state.let_go(worker, 1);
-        if let Some(pace) = state.workers.get_mut(&worker).and_then(|w| w.told.get_mut(&id.evaluation)) {
-            pace.add(samples, render_time);
+        if let Some(worker) = state.workers.get_mut(&worker) {
+            worker.camera_samples += samples;
+            worker.render_time += render_time;
+            if let Some(pace) = worker.told.get_mut(&id.evaluation) {
+                pace.add(samples, render_time);
+            }
         }
         for (attempt, loser) in committed.others {
             state.counters.revoked += 1;
@@ -124,13 +139,24 @@ impl Broker {
                 loser.send(Message::Revoked(wire::Revoked { attempts }));
             }
         }
+        drop(state);
+        self.render_times.add(render_time);
         Some((active, part))
     }
 
-    /// Counts a result that is refused.
-    pub fn refuse(&self, worker: u64, id: AttemptId, why: &str) {
+    /// Counts a result that is refused: sent twice, foreign, or late.
+    pub fn refuse(&self, worker: u64, id: AttemptId, repeated: bool) {
         let mut state = self.state();
+        let holder = state.entry(id).and_then(|entry| entry.tasks.holder(id.task, id.attempt));
+        let foreign = id.epoch != self.epoch || holder.is_some_and(|holder| holder != worker);
+        let why = match (repeated, foreign) {
+            (true, _) => "its film was sent before",
+            (false, true) => "its lease was never this worker's here",
+            (false, false) => "its lease has ended",
+        };
         state.counters.refused += 1;
+        state.counters.repeated += u64::from(repeated);
+        state.counters.foreign += u64::from(foreign && !repeated);
         tracing::info!(worker, %id, why, refused = state.counters.refused, "result refused");
     }
 

@@ -68,6 +68,12 @@ impl Jobs {
         self.state().by_number.values().cloned().collect()
     }
 
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.state().by_number.len()
+    }
+
     /// Cancels the one with a key, or those of a client; returns how many.
     #[must_use]
     pub fn cancel(&self, key: Option<Key>, client: &str, why: &str) -> u32 {

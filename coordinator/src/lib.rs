@@ -9,6 +9,7 @@ pub mod evaluation;
 pub mod intake;
 pub mod jobs;
 pub mod journal;
+pub mod page;
 pub mod security;
 pub mod service;
 pub mod split;

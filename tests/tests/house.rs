@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Every crate of the workspace with the crates of ours that it may depend on (tests and benchmarks included).
-const MAY_DEPEND_ON: [(&str, &[&str]); 15] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 16] = [
     ("gonio-scene", &[]),
     ("gonio-proto", &["gonio-scene"]),
     ("gonio-store", &["gonio-proto"]),
@@ -19,7 +19,8 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 15] = [
     ("gonio-calibrate", &["gonio-scene"]),
     ("gonio-pose", &["gonio-scene"]),
     ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-tracer"]),
-    ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store"]),
+    ("gonio-page", &[]),
+    ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-page"]),
     (
         "gonio",
         &[
@@ -33,6 +34,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 15] = [
             "gonio-study",
             "gonio-calibrate",
             "gonio-pose",
+            "gonio-page",
             "gonio-coordinator",
             "gonio-worker",
         ],
@@ -47,6 +49,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 15] = [
             "gonio-diagnose",
             "gonio-sweep",
             "gonio-worker",
+            "gonio-page",
             "gonio-coordinator",
             "gonio",
         ],
@@ -54,7 +57,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 15] = [
 ];
 
 /// Libraries that must not reach a crate, even through others: transport stays out of the domain, the tracer and the fit.
-const NEVER: [(&str, &[&str]); 9] = [
+const NEVER: [(&str, &[&str]); 10] = [
     ("gonio-scene", &["tokio", "tonic", "prost"]),
     ("gonio-tracer", &["tokio", "tonic", "prost"]),
     ("gonio-fit", &["tokio", "tonic", "prost"]),
@@ -64,6 +67,7 @@ const NEVER: [(&str, &[&str]); 9] = [
     ("gonio-study", &["tokio", "tonic", "prost"]),
     ("gonio-calibrate", &["tokio", "tonic", "prost"]),
     ("gonio-pose", &["tokio", "tonic", "prost"]),
+    ("gonio-page", &["tonic", "prost"]),
 ];
 
 fn metadata() -> serde_json::Value {

@@ -23,6 +23,7 @@ impl Broker {
         let silence_milliseconds = u32::try_from(self.silence.as_millis()).unwrap_or(u32::MAX);
         worker.send(Message::Welcome(wire::Welcome { worker: id, epoch: self.epoch, silence_milliseconds }));
         state.workers.insert(id, worker);
+        state.speeds.join(id);
         id
     }
 
@@ -34,6 +35,7 @@ impl Broker {
         if let Some(gone) = state.workers.remove(&worker) {
             state.slots -= u64::from(gone.hello.slots);
         }
+        state.speeds.leave(worker);
         state.settle(worker);
         state.counters.workers_gone += 1;
         tracing::info!(worker, name, returned, ?loss, "worker gone");
@@ -113,6 +115,7 @@ impl Broker {
         let took = i64::try_from(render_time.as_micros()).unwrap_or(i64::MAX);
         state.shares.charge(id.evaluation, took.saturating_sub(committed.lease.charged.into()));
         state.let_go(worker, 1);
+        state.speeds.add(worker, id.evaluation, samples);
         if let Some(pace) = state.workers.get_mut(&worker).and_then(|w| w.told.get_mut(&id.evaluation)) {
             pace.add(samples, render_time);
         }

@@ -17,6 +17,7 @@ use crate::interrupt::Interrupt;
 use crate::output::Output as Folder;
 use crate::progress::{Console, SweepConsole, count, plural};
 use crate::relocate::relocate;
+use crate::watch::{SheetWatch, Watch};
 use gonio_scene::capture::CAPTURE_FILE;
 use gonio_sweep::{Batch, FrameDigest, Record, Sheet, Table};
 use input::Planned;
@@ -50,14 +51,30 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     let note = "stopping and keeping what is done; again to kill";
     let interrupt = Interrupt::listen(if arguments.farm.json { "" } else { note })?;
     let planned = Planned::read(&arguments.sweep)?;
-    let Planned { plan, digests, .. } = &planned;
+    let plan = &planned.plan;
     let place = Place::open(&arguments.out, arguments.dry_run)?;
     if let (Some(folder), false) = (place.folder(), arguments.dry_run) {
         let names = [TABLE[0], TABLE[1], TIMINGS, SHEET[0], SHEET[1], CAPTURE_FILE].map(str::to_owned);
         Folder::create(&folder, &names, &planned.input.root, &planned.input.capture)?;
     }
-    let first_of = first_of(digests);
     let mut console = Console::new(arguments.farm.json);
+    let watch = Watch::open(&arguments.watch, ("Sweep", &plan.capture.name), &interrupt, &console)?;
+    let done = work(arguments, &planned, &place, &mut console, &interrupt, &watch, begin);
+    watch.end(&done);
+    done
+}
+
+fn work(
+    arguments: &SweepArguments,
+    planned: &Planned,
+    place: &Place,
+    console: &mut Console,
+    interrupt: &Interrupt,
+    watch: &Watch,
+    begin: Instant,
+) -> Result<(), Failure> {
+    let Planned { plan, digests, .. } = planned;
+    let first_of = first_of(digests);
     let mut finished = place.listed(&first_of.keys().copied().collect::<Vec<_>>(), &plan.outputs)?;
     let sheet = Sheet::of(plan);
     let shown: BTreeSet<FrameDigest> = sheet.frames().iter().map(|frame| digests[*frame]).collect();
@@ -109,10 +126,10 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
             plan,
             digests,
             files: &planned.files,
-            place: &place,
+            place,
             farm: &farm,
             remote: arguments.farm.farm.is_some(),
-            interrupt: &interrupt,
+            interrupt,
             stop: AtomicBool::new(false),
             traced: AtomicU64::new(0),
         };
@@ -120,10 +137,13 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
             swept.estimated_seconds =
                 Some(count(left) / estimate::rate(&runner, &open, &batches, in_flight)?.max(1e-9));
         } else {
-            let mut view = SweepConsole::new(&mut console, wanted.len(), left);
+            let mut view = SweepConsole::new(console, watch, wanted.len(), left);
+            let mut drawn = SheetWatch::new(watch);
             let result = runner.run(&open, batches, in_flight, &mut view, &mut |frame, record| {
                 records.insert(digests[frame], keep(digests[frame], record));
+                drawn.draw(&sheet, digests, &records, false);
             });
+            drawn.draw(&sheet, digests, &records, true);
             console.end();
             swept.rendered = records.len() - finished.len();
             if interrupt.is_asked() && records.len() < first_of.len() {
@@ -138,7 +158,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
         swept.estimated_seconds = Some(0.0);
     }
     if !arguments.dry_run {
-        write(&planned, &place, &sheet, &records)?;
+        write(planned, place, &sheet, &records)?;
         swept.seconds = Some(begin.elapsed().as_secs_f64());
     }
     swept.tell(arguments.farm.json, left)

@@ -39,13 +39,18 @@ pub fn find() -> Option<PathBuf> {
 impl Browser {
     /// Starts a browser with a window of so many pixels.
     pub fn start(program: &Path, width: u32, height: u32) -> Self {
+        Self::start_with(program, &[], width, height)
+    }
+
+    /// The same with further arguments.
+    pub fn start_with(program: &Path, more: &[&str], width: u32, height: u32) -> Self {
         let profile = tempfile::tempdir().unwrap();
         // The protocol is spoken on descriptors 3 and 4, which a shell can open.
         let mut command = Command::new("sh");
         command.args(["-c", "exec \"$0\" \"$@\" 3<&0 4>&1 0</dev/null 1>/dev/null 2>/dev/null"]).arg(program);
         command.args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"]);
         command.args(["--remote-debugging-pipe", "--hide-scrollbars", "--disable-background-networking"]);
-        command.arg(format!("--user-data-dir={}", profile.path().display()));
+        command.args(more).arg(format!("--user-data-dir={}", profile.path().display()));
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let (say, out) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
         let (sender, hear) = channel();
@@ -105,9 +110,14 @@ impl Browser {
 
     /// Waits until an expression is true; how long that took.
     pub fn wait(&mut self, expression: &str) -> Duration {
+        self.wait_for(expression, PATIENCE)
+    }
+
+    /// The same for what takes longer than an answer.
+    pub fn wait_for(&mut self, expression: &str, patience: Duration) -> Duration {
         let begin = Instant::now();
         while self.value(&format!("Boolean({expression})")) != true {
-            assert!(begin.elapsed() < PATIENCE, "never: {expression}\n{}", self.value("document.body.innerText"));
+            assert!(begin.elapsed() < patience, "never: {expression}\n{}", self.value("document.body.innerText"));
             std::thread::sleep(Duration::from_millis(20));
         }
         begin.elapsed()

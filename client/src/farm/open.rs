@@ -39,13 +39,6 @@ impl OpenCapture {
         Self { farm, digest, packed }
     }
 
-    /// The same, for evaluations that nobody waits for: see [`Farm::for_batches`].
-    #[must_use]
-    pub fn for_batches(mut self) -> Self {
-        self.farm = self.farm.for_batches();
-        self
-    }
-
     /// The capture's digest: equal for equal files.
     #[must_use]
     pub fn digest(&self) -> Digest {

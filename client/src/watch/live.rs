@@ -1,7 +1,7 @@
 //! Photos beside their renders at the values that a fit has reached, while it goes on.
 //!
-//! They are rendered one at a time, of the newest values, as evaluations of the farm's low class, and only while somebody
-//! looks: the fit's own evaluations go first, and its numbers do not depend on it. Held-out photos stay closed.
+//! They are rendered one at a time, of the newest values, and only while somebody looks, with pauses of [`REST`] times as long
+//! as it takes: so the fit, whose numbers do not depend on it, loses little time by it. Held-out photos stay closed.
 
 use super::Watch;
 use super::board::Board;
@@ -16,10 +16,13 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Samples per pixel: enough to see what differs.
 const SAMPLES: u32 = 16;
+
+/// How much longer than rendering a picture takes is waited before the next.
+const REST: u32 = 3;
 
 /// How often the thread looks whether there is something to do.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -64,7 +67,7 @@ impl Live {
                 viewers: open.viewers.clone(),
                 capture: capture.clone(),
                 files: files.clone(),
-                farm: farm.clone().for_batches(),
+                farm: farm.clone(),
             };
             // Without a thread there are no pictures before the end, and all else.
             std::thread::Builder::new().name("pictures".to_owned()).spawn(move || painter.run()).ok()
@@ -111,14 +114,21 @@ impl Painter {
                 .min_by_key(|i| shown[*i].as_ref().map(|position| position.iteration));
             match (next, position) {
                 (Some(i), Some(position)) if self.viewers.count() > 0 => {
-                    if self.paint(photos[i], &position).is_none() && !self.is_stopped() {
-                        // The farm is away, or the photo has changed: the fit itself will say so.
-                        std::thread::sleep(10 * PAUSE);
-                    }
+                    let begin = Instant::now();
+                    // Where it fails the farm is away, or the photo has changed: the fit itself will say so.
+                    let _ = self.paint(photos[i], &position);
                     shown[i] = Some(position);
+                    self.rest(REST * begin.elapsed());
                 }
                 _ => std::thread::sleep(PAUSE),
             }
+        }
+    }
+
+    fn rest(&self, time: Duration) {
+        let until = Instant::now() + time;
+        while Instant::now() < until && !self.is_stopped() {
+            std::thread::sleep(PAUSE);
         }
     }
 

@@ -45,7 +45,7 @@ function numbers() {
   say(at("evaluations"), grouped(state.jobs.total));
   say(at("waiting"), grouped(state.queue.waiting));
   say(at("leased"), grouped(state.queue.leased));
-  say(at("speed"), metric(state.speed).trim());
+  say(at("speed"), metric(state.speed));
   const silent = state.strength.silent;
   const up = `This coordinator is up for ${duration(state.time - state.started)}.`;
   say(at("summary"), silent ? `${up} ${plural(silent, "worker")} silent.` : up);
@@ -69,7 +69,7 @@ function updateJob(tr, job, key) {
   bar.value = job.done;
   bar.setAttribute("aria-label", `Tasks of evaluation ${key}`);
   say(count, job.tasks ? ` ${grouped(job.done)} / ${grouped(job.tasks)}` : " being prepared");
-  say(tr.children[3], metric(job.speed).trim());
+  say(tr.children[3], metric(job.speed));
   say(tr.children[4], job.loss ? `${significant(job.loss, 4)} \u00b1 ${significant(job.error, 2)}` : "\u2013");
   say(tr.children[5], duration(state.time - job.since));
   for (const button of tr.children[6].children) {
@@ -83,8 +83,8 @@ function updateWorker(tr, worker) {
   say(tr.children[1], worker.state);
   say(tr.children[2], grouped(worker.slots));
   say(tr.children[3], grouped(worker.held));
-  say(tr.children[4], metric(worker.speed).trim());
-  say(tr.children[5], metric(worker.samples).trim());
+  say(tr.children[4], metric(worker.speed));
+  say(tr.children[5], metric(worker.samples));
   say(tr.children[6], duration(state.time - worker.since));
 }
 

@@ -1,7 +1,7 @@
 // The parameters: where they started, where they are, how sure that is.
 
 import { spark } from "./chart.js";
-import { at, element, number, row, rows, say } from "./table.js";
+import { at, dotted, element, number, row, rows, say } from "./table.js";
 import { measured, significant } from "./text.js";
 
 // Standard errors on either side of an estimate that 95 % of such intervals need to hold the truth.
@@ -33,7 +33,7 @@ export function showParameters(state) {
   rows(at("parameter-rows"), list, make, (tr, p, key) => {
     const error = p.standard_error;
     const known = error > 0;
-    say(tr.children[0], p.name);
+    dotted(tr.children[0], p.name);
     say(tr.children[1], p.start === undefined ? "" : significant(p.start, 4));
     number(tr.children[2].firstChild, p.value, measured(p.value, error));
     if (known) {

@@ -6,7 +6,7 @@ import { showParameters } from "./parameters.js";
 import { loaded, showPictures, showSheet } from "./pictures.js";
 import { act, follow } from "./stream.js";
 import { at, element, rows, say, show } from "./table.js";
-import { duration, metric, plural, significant } from "./text.js";
+import { duration, grouped, metric, plural, significant } from "./text.js";
 
 const STATUS = {
   connecting: "Connecting",
@@ -46,8 +46,8 @@ function progress(state) {
   const bar = at("bar");
   bar.max = Math.max(1, now.total);
   bar.value = now.done;
-  const parts = [`${now.label}: ${now.done} of ${plural(now.total, now.unit ?? "task")}`];
-  if (now.rate > 0) parts.push(`${metric(now.rate)}samples/s`);
+  const parts = [state.phase ?? now.label, `${grouped(now.done)} of ${plural(now.total, now.unit ?? "task")}`];
+  if (now.rate > 0) parts.push(`${metric(now.rate)} samples/s`);
   if (now.workers > 1) parts.push(plural(now.workers, "worker"));
   if (now.left > 0) parts.push(`about ${duration(now.left)} left`);
   say(at("progress-text"), parts.join(" \u00b7 "));
@@ -67,7 +67,7 @@ function changed(state) {
   document.title = state.ended ? `${title} \u2013 ended` : title;
   say(at("title"), title);
   say(at("summary"), summary(state));
-  say(at("phase"), state.ended ? state.ended.text : (state.phase ?? ""));
+  say(at("phase"), state.ended?.text ?? (state.progress ? "" : (state.phase ?? "Getting ready")));
   at("phase").dataset.how = state.ended?.how ?? "";
   progress(state);
   show(at("loss"), has(state.iterations));

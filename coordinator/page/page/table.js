@@ -51,6 +51,13 @@ export function rows(body, entries, make, update) {
   for (const row of there.values()) row.remove();
 }
 
+// A dotted name that may break after its dots, and nowhere else.
+export function dotted(node, name) {
+  if (node.textContent === name) return;
+  const parts = name.split(/(?<=\.)/);
+  node.replaceChildren(...parts.flatMap((part) => [part, element("wbr")]));
+}
+
 // A row of a table: a heading, then cells, each of a class.
 export function row(heading, ...cells) {
   const made = element("tr", {}, element("th", { scope: "row", class: heading }));

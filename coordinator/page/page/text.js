@@ -37,7 +37,7 @@ export function metric(x) {
   for (const [scale, prefix] of [[1e12, "T"], [1e9, "G"], [1e6, "M"], [1e3, "k"]]) {
     if (Math.abs(x) >= scale) return `${(x / scale).toFixed(x / scale >= 100 ? 0 : x / scale >= 10 ? 1 : 2)} ${prefix}`;
   }
-  return `${Math.round(x)} `;
+  return String(Math.round(x));
 }
 
 export function grouped(n) {

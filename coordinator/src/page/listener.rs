@@ -31,7 +31,7 @@ pub(super) struct PageListener {
 impl PageListener {
     /// Those of `listener`, until this is dropped.
     pub fn new(listener: TcpListener, address: SocketAddr, tls: Option<Arc<ServerConfig>>) -> Self {
-        let (sender, ready) = mpsc::channel(16);
+        let (sender, ready) = mpsc::channel::<Box<dyn Duplex>>(16);
         tokio::spawn(async move {
             let acceptor = tls.map(TlsAcceptor::from);
             let mut incoming = Box::pin(bounded(listener, CONNECTIONS));

@@ -13,6 +13,7 @@ use gonio_proto::convert::task::Hello;
 use gonio_tests::browser::{self, Browser};
 use gonio_tests::captures;
 use gonio_tests::cluster::{Cluster, PROGRAMS, Process};
+use gonio_tests::pki::Authority;
 use serde_json::json;
 use std::net::TcpListener;
 use std::path::Path;
@@ -132,6 +133,32 @@ fn who_may_watch_sees_and_who_may_submit_cancels() {
     // The page's own question without a token, and this test's, are refused, which the browser notes.
     let complaints = browser.complaints().into_iter().filter(|said| !["401", "403", "404"].iter().any(|code| said.contains(code)));
     assert_eq!(complaints.collect::<Vec<_>>(), Vec::<String>::new());
+}
+
+#[test]
+fn the_page_is_encrypted_as_the_farm_is() {
+    let Some(program) = browser::find() else { return };
+    let top = tempfile::tempdir().unwrap();
+    let authority = Authority::new(top.path(), "authority");
+    let server = authority.sign("server");
+    token(top.path(), "watch");
+    let page = address();
+    let [cert, key, grants] = [server.cert, server.key, top.path().join("grants")].map(|p| p.to_str().unwrap().to_owned());
+    let arguments = ["--page", &page, "--tls-cert", &cert, "--tls-key", &key, "--tokens", &grants];
+    let _cluster = Cluster::start_with_more(&arguments, 0);
+    // The test's authority is none of the browser's.
+    let mut browser = Browser::start_with(&program, &["--ignore-certificate-errors"], 1280, 800);
+    // By a name, too: whoever has a certificate need not fear one that points elsewhere.
+    let port = page.rsplit_once(':').unwrap().1;
+    browser.open(&format!("https://localhost:{port}/"));
+    browser.wait("!document.getElementById('ask').hidden");
+    assert_eq!(browser.value("location.protocol + window.isSecureContext"), "https:true");
+    // Nobody is served in the clear.
+    let mut plain = std::net::TcpStream::connect(&page).unwrap();
+    std::io::Write::write_all(&mut plain, b"GET / HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n").unwrap();
+    let mut answer = Vec::new();
+    let _ = std::io::Read::read_to_end(&mut plain, &mut answer);
+    assert!(!answer.starts_with(b"HTTP/"), "{}", String::from_utf8_lossy(&answer));
 }
 
 /// More than a coordinator takes at a time, so that the page is no bound.

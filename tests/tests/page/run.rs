@@ -115,3 +115,57 @@ fn the_page_stops_a_fit_as_a_signal_does() {
     assert_eq!(json(&out.path().join("fit.json"))["converged"], false);
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
+
+/// Longer than a command of these tests runs.
+const LONG: Duration = Duration::from_secs(600);
+
+#[test]
+fn a_page_follows_a_diagnosis_to_its_verdict() {
+    let Some(program) = browser::find() else { return };
+    let out = tempfile::tempdir().unwrap();
+    let capture = captures().join("vignetting-204");
+    let mut browser = Browser::start(&program, 1280, 800);
+    let (capture, out_path) = (capture.to_str().unwrap(), out.path().to_str().unwrap());
+    let (mut diagnosis, url) = watched(&["diagnose", capture, "--out", out_path, "--samples", "16"]);
+    browser.open(&url);
+    browser.wait_for("document.querySelectorAll('#ranking-rows tr').length > 5", LONG);
+    let first = "document.querySelector('#ranking-rows th').textContent";
+    assert_eq!(browser.value(first), "vignetting");
+    browser.wait_for("document.body.dataset.status === 'over'", LONG);
+    assert_eq!(diagnosis.wait_for(Duration::from_secs(20)).and_then(|status| status.code()), Some(0));
+    let written = json(&out.path().join("diagnosis.json"));
+    let found = written["found"][0]["effects"][0].as_str().unwrap().to_owned();
+    let verdict = browser.value("document.getElementById('verdict-text').innerText");
+    assert!(verdict.as_str().unwrap().starts_with(&format!("Found: {found}")), "{verdict}");
+    let shown = browser.value(SHOWN);
+    for (shown, written) in shown.as_array().unwrap().iter().zip(written["final"]["parameters"].as_array().unwrap()) {
+        assert_eq!((&shown[0], shown[1].as_str().unwrap().parse().ok()), (&written["name"], written["value"].as_f64()));
+    }
+    assert_eq!(browser.value("[...document.images].every((i) => i.complete && i.naturalWidth > 0 && i.alt)"), true);
+    look(&mut browser, "diagnosis");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn a_page_shows_a_sweeps_sheet_as_it_fills() {
+    let Some(program) = browser::find() else { return };
+    let top = tempfile::tempdir().unwrap();
+    let text = format!(
+        "format = 1\ncapture = {:?}\nsamples = 64\nresolution = 0.5\noutputs = [\"png\"]\n[[design]]\nkind = \"grid\"\n\
+         axes = [{{ name = \"material.shell.roughness\", from = 0.1, to = 0.6, count = 24 }}]\n[[view]]\nname = \"top\"\n\
+         kind = \"look-at\"\nposition = [0.0, 0.0, 0.32]\ntarget = [0.0, 0.0, 0.0]\n",
+        captures().join("none-201")
+    );
+    std::fs::write(top.path().join("sweep.toml"), text).unwrap();
+    let [sweep, out] = ["sweep.toml", "out"].map(|name| top.path().join(name).to_str().unwrap().to_owned());
+    let mut browser = Browser::start(&program, 1280, 800);
+    let (mut sweep, url) = watched(&["sweep", &sweep, "--out", &out, "--threads", "1"]);
+    browser.open(&url);
+    browser.wait_for("document.getElementById('sheet-image').naturalWidth > 50", LONG);
+    browser.wait_for("document.body.dataset.status === 'over'", LONG);
+    assert_eq!(sweep.wait_for(Duration::from_secs(20)).and_then(|status| status.code()), Some(0));
+    let said = browser.value("document.getElementById('sheet-caption').textContent");
+    assert!(said.as_str().unwrap().starts_with("24 of 24 frames"), "{said}");
+    look(&mut browser, "sweep");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}

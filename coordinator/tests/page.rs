@@ -43,7 +43,10 @@ async fn shows_who_works_on_what_and_how_far_it_is() {
     assert_eq!(now["queue"], json!({ "waiting": 3, "leased": 1 }));
     assert_eq!(now["strength"], json!({ "workers": 1, "silent": 0, "slots": 1, "busy": 1 }));
     let (_, job) = only(&now);
-    assert_eq!((&job["client"], &job["class"], &job["done"], &job["tasks"]), (&json!("fit-7"), &json!("interactive"), &json!(0), &json!(4)));
+    assert_eq!(
+        (&job["client"], &job["class"], &job["done"], &job["tasks"]),
+        (&json!("fit-7"), &json!("interactive"), &json!(0), &json!(4))
+    );
     worker.commits_slowly(&task).await;
     while coordinator.broker.counters().committed == 0 {
         tokio::task::yield_now().await;
@@ -56,7 +59,10 @@ async fn shows_who_works_on_what_and_how_far_it_is() {
     assert_eq!(now["speed"], shown["speed"]);
     // Of whom nobody of this name is, nothing is shown, but counted.
     let other = state(&page, "find_jobs=sweep&find_workers=script");
-    assert_eq!((&other["jobs"]["total"], &other["jobs"]["found"], &other["workers"]["found"]), (&json!(1), &json!(0), &json!(1)));
+    assert_eq!(
+        (&other["jobs"]["total"], &other["jobs"]["found"], &other["workers"]["found"]),
+        (&json!(1), &json!(0), &json!(1))
+    );
     drop(events);
 }
 

@@ -29,7 +29,8 @@ pub struct Browser {
 /// Where a browser is, if this machine has one.
 pub fn find() -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
-    let found = std::env::split_paths(&path).flat_map(|folder| NAMES.map(|name| folder.join(name))).find(|f| f.is_file());
+    let found =
+        std::env::split_paths(&path).flat_map(|folder| NAMES.map(|name| folder.join(name))).find(|f| f.is_file());
     if found.is_none() {
         eprintln!("skipped: none of {NAMES:?} is on the PATH");
     }
@@ -152,7 +153,9 @@ impl Browser {
             match event["method"].as_str().unwrap_or_default() {
                 "Runtime.exceptionThrown" => true,
                 "Log.entryAdded" => ["error", "warning"].iter().any(|l| event["params"]["entry"]["level"] == *l),
-                "Runtime.consoleAPICalled" => said.contains("\"type\":\"error\"") || said.contains("\"type\":\"warning\""),
+                "Runtime.consoleAPICalled" => {
+                    said.contains("\"type\":\"error\"") || said.contains("\"type\":\"warning\"")
+                }
                 _ => false,
             }
         };

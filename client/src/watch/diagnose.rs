@@ -68,7 +68,11 @@ fn verdict(diagnosis: &Diagnosis) -> (String, Vec<String>) {
         ));
     }
     if let Some(left) = &diagnosis.unexplained {
-        more.push(format!("Left: {} predicts {:.1} % of the residuals' variance.", left.covariate, 100.0 * left.strength));
+        more.push(format!(
+            "Left: {} predicts {:.1} % of the residuals' variance.",
+            left.covariate,
+            100.0 * left.strength
+        ));
     }
     let text = match diagnosis.verdict {
         Verdict::None => "None: what is left looks like noise.".to_owned(),

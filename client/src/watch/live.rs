@@ -100,9 +100,8 @@ impl Drop for Live {
 
 impl Painter {
     fn run(mut self) {
-        let photos: Vec<usize> = (0..self.capture.photos.len())
-            .filter(|photo| self.capture.photos[*photo].role == Role::Fit)
-            .collect();
+        let photos: Vec<usize> =
+            (0..self.capture.photos.len()).filter(|photo| self.capture.photos[*photo].role == Role::Fit).collect();
         // Of each photo, at which position it was rendered last.
         let mut shown: Vec<Option<Position>> = vec![None; photos.len()];
         while !self.is_stopped() {

@@ -46,9 +46,11 @@ pub struct WatchArguments {
 fn loopback(text: &str) -> Result<SocketAddr, String> {
     match text.parse::<SocketAddr>() {
         Ok(address) if address.ip().is_loopback() => Ok(address),
-        Ok(_) => Err("anybody who reaches this address could stop the command: write 127.0.0.1:PORT, and reach it from \
+        Ok(_) => {
+            Err("anybody who reaches this address could stop the command: write 127.0.0.1:PORT, and reach it from \
                       elsewhere by ssh -L PORT:127.0.0.1:PORT"
-            .to_owned()),
+                .to_owned())
+        }
         Err(_) => Err("write 127.0.0.1:PORT, or [::1]:PORT; port 0 takes a free one".to_owned()),
     }
 }

@@ -77,7 +77,11 @@ mod tests {
         }
         for page in pages {
             for bad in ["style=", "<style", " on", "<script>", "javascript:"] {
-                let found = if bad == " on" { page.contains(" onclick=") || page.contains(" onload=") } else { page.contains(bad) };
+                let found = if bad == " on" {
+                    page.contains(" onclick=") || page.contains(" onload=")
+                } else {
+                    page.contains(bad)
+                };
                 assert!(!found, "{bad}");
             }
         }

@@ -85,7 +85,9 @@ mod tests {
         for host in ["127.0.0.1:8017", "localhost", "LOCALHOST:1", "[::1]:80", "10.0.0.7", "[fe80::1]"] {
             assert!(is_address(host), "{host}");
         }
-        for host in ["", "evil.example", "evil.example:8017", "127.0.0.1.evil.example", "localhost.evil.example:80", "[::1"] {
+        for host in
+            ["", "evil.example", "evil.example:8017", "127.0.0.1.evil.example", "localhost.evil.example:80", "[::1"]
+        {
             assert!(!is_address(host) || host == "[::1", "{host}");
         }
     }

@@ -58,11 +58,7 @@ async fn file(Path(name): Path<String>) -> Response {
     files::find(&name).unwrap_or_else(|| StatusCode::NOT_FOUND.into_response())
 }
 
-async fn events(
-    State(site): State<Site>,
-    headers: HeaderMap,
-    RawQuery(query): RawQuery,
-) -> Result<Response, Refusal> {
+async fn events(State(site): State<Site>, headers: HeaderMap, RawQuery(query): RawQuery) -> Result<Response, Refusal> {
     let visitor = site.show.admit(authorization(&headers))?;
     let full = || Refusal::Full("too many pages follow already; close one".to_owned());
     let seat = site.viewers.enter().ok_or_else(full)?;

@@ -30,7 +30,8 @@ impl Show for Shown {
     }
 
     fn state(&self, view: &View) -> Map<String, Value> {
-        let state = json!({ "number": self.number.load(Ordering::SeqCst), "find": view.text("find"), "same": { "a": [1] } });
+        let state =
+            json!({ "number": self.number.load(Ordering::SeqCst), "find": view.text("find"), "same": { "a": [1] } });
         state.as_object().unwrap().clone()
     }
 
@@ -108,7 +109,9 @@ async fn every_answer_has_the_strict_policy_and_none_lets_other_sites_read() {
         assert_eq!(answer.headers()["x-content-type-options"], "nosniff");
         assert!(!answer.headers().contains_key("access-control-allow-origin"));
     }
-    assert!(POLICY.starts_with("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'"));
+    assert!(POLICY.starts_with(
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'"
+    ));
     assert!(!POLICY.contains("unsafe"));
 }
 
@@ -123,7 +126,9 @@ async fn a_name_that_somebody_else_may_own_is_refused() {
 #[tokio::test]
 async fn an_action_needs_a_right_its_header_and_our_own_page() {
     let site = Site::new();
-    let post = async |headers: &[(&str, &str)]| site.ask(Method::POST, "/act/cancel", headers, "{\"evaluation\":7}").await.status();
+    let post = async |headers: &[(&str, &str)]| {
+        site.ask(Method::POST, "/act/cancel", headers, "{\"evaluation\":7}").await.status()
+    };
     let own = (HEADER, "1");
     assert_eq!(post(&[ACT]).await, StatusCode::FORBIDDEN);
     assert_eq!(post(&[own]).await, StatusCode::UNAUTHORIZED);

@@ -121,10 +121,7 @@ impl Show for FarmPage {
             ("epoch", self.coordinator.broker.epoch().into()),
             ("started", self.began.1.into()),
             ("time", self.unix(Instant::now()).into()),
-            (
-                "strength",
-                json!({ "workers": all.workers, "silent": all.silent, "slots": all.slots, "busy": all.busy }),
-            ),
+            ("strength", json!({ "workers": all.workers, "silent": all.silent, "slots": all.slots, "busy": all.busy })),
             ("queue", json!({ "waiting": all.waiting, "leased": all.leased })),
             ("speed", json!(all.samples_per_second.round())),
             ("jobs", self.jobs(view)),
@@ -135,7 +132,8 @@ impl Show for FarmPage {
 
     fn act(&self, action: &str, of: &Value) -> Result<String, Refusal> {
         let which = Which::deserialize(of);
-        let Which { epoch, evaluation } = which.map_err(|error| Refusal::Bad(format!("names no evaluation: {error}")))?;
+        let Which { epoch, evaluation } =
+            which.map_err(|error| Refusal::Bad(format!("names no evaluation: {error}")))?;
         let gone = || Refusal::Absent(format!("evaluation {evaluation} is over"));
         let broker = &self.coordinator.broker;
         let job = self.coordinator.jobs.get(evaluation).filter(|_| epoch == broker.epoch()).ok_or_else(gone)?;
@@ -145,7 +143,9 @@ impl Show for FarmPage {
                 job.cancel(CANCELLED);
                 Ok(format!("Evaluation {evaluation} is cancelled."))
             }
-            "retry" => Ok(format!("{} tasks of evaluation {evaluation} are handed out anew.", broker.reissue(evaluation))),
+            "retry" => {
+                Ok(format!("{} tasks of evaluation {evaluation} are handed out anew.", broker.reissue(evaluation)))
+            }
             _ => Err(Refusal::Absent(format!("{action:?} is nothing that this page does"))),
         }
     }

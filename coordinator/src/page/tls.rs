@@ -19,7 +19,8 @@ pub(super) fn server(identity: &Identity) -> Result<Arc<ServerConfig>, SecurityE
         let path = path.to_owned();
         move |problem: String| SecurityError::Content { option, path, problem, mend }
     };
-    let of_cert = || refused("--tls-cert", &identity.certificate, "write certificates as PEM, the coordinator's own first");
+    let of_cert =
+        || refused("--tls-cert", &identity.certificate, "write certificates as PEM, the coordinator's own first");
     let of_key = || refused("--tls-key", &identity.key, "name the private key of --tls-cert, as PEM");
     let chain = certificates("--tls-cert", &identity.certificate)?;
     let key = pem("--tls-key", &identity.key, "PRIVATE KEY")?;

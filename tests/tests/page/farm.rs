@@ -65,7 +65,9 @@ fn token(folder: &Path, role: &str) -> String {
 
 /// Types a token into the page.
 fn show_token(browser: &mut Browser, token: &str) {
-    let set = format!("document.getElementById('token').value = '{token}'; document.querySelector('#token-form button').click()");
+    let set = format!(
+        "document.getElementById('token').value = '{token}'; document.querySelector('#token-form button').click()"
+    );
     browser.value(&set);
 }
 
@@ -131,7 +133,8 @@ fn who_may_watch_sees_and_who_may_submit_cancels() {
     assert_eq!(status.code(), Some(130));
     browser.wait("document.querySelectorAll('#job-rows tr').length === 0");
     // The page's own question without a token, and this test's, are refused, which the browser notes.
-    let complaints = browser.complaints().into_iter().filter(|said| !["401", "403", "404"].iter().any(|code| said.contains(code)));
+    let complaints =
+        browser.complaints().into_iter().filter(|said| !["401", "403", "404"].iter().any(|code| said.contains(code)));
     assert_eq!(complaints.collect::<Vec<_>>(), Vec::<String>::new());
 }
 
@@ -143,7 +146,8 @@ fn the_page_is_encrypted_as_the_farm_is() {
     let server = authority.sign("server");
     token(top.path(), "watch");
     let page = address();
-    let [cert, key, grants] = [server.cert, server.key, top.path().join("grants")].map(|p| p.to_str().unwrap().to_owned());
+    let [cert, key, grants] =
+        [server.cert, server.key, top.path().join("grants")].map(|p| p.to_str().unwrap().to_owned());
     let arguments = ["--page", &page, "--tls-cert", &cert, "--tls-key", &key, "--tokens", &grants];
     let _cluster = Cluster::start_with_more(&arguments, 0);
     // The test's authority is none of the browser's.

@@ -65,7 +65,13 @@ fn a_page_follows_a_fit_to_its_written_numbers() {
     let live = browser.value(SHOWN);
     assert!(live.as_array().unwrap().len() >= 6, "{live}");
     assert_eq!(browser.value("document.querySelector('#loss-chart .band') !== null"), true);
-    assert!(browser.value("document.getElementById('loss-chart').getAttribute('aria-label')").as_str().unwrap().contains("Loss after"));
+    assert!(
+        browser
+            .value("document.getElementById('loss-chart').getAttribute('aria-label')")
+            .as_str()
+            .unwrap()
+            .contains("Loss after")
+    );
     assert_eq!(browser.value("document.body.dataset.status"), "live");
     if let Some(album) = album() {
         browser.screenshot(&album.join("fit-live.png"), true);
@@ -102,8 +108,18 @@ fn the_page_stops_a_fit_as_a_signal_does() {
     let capture = captures().join("none-201");
     let mut browser = Browser::start(&program, 1280, 800);
     let (capture, out_path) = (capture.to_str().unwrap(), out.path().to_str().unwrap());
-    let (mut fit, url) =
-        watched(&["fit", capture, "--out", out_path, "--solver", "particle-swarm", "--threads", "1", "--samples", "64"]);
+    let (mut fit, url) = watched(&[
+        "fit",
+        capture,
+        "--out",
+        out_path,
+        "--solver",
+        "particle-swarm",
+        "--threads",
+        "1",
+        "--samples",
+        "64",
+    ]);
     browser.open(&url);
     browser.wait("document.querySelectorAll('#loss-rows tr').length >= 1");
     browser.value("document.getElementById('stop').click()");

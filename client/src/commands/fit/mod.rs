@@ -62,11 +62,17 @@ fn work(
     options.files = farm.files().map(|(path, digest)| (path.to_owned(), digest.to_string())).collect();
 
     let live = Live::start(watch, &input.capture, &input.files, &farm);
-    let result = fit(&input.capture, &mut farm, &options, &mut |event| {
-        watch.fit(event);
-        live.note(event);
-        interrupt.flow()
-    }, console)?;
+    let result = fit(
+        &input.capture,
+        &mut farm,
+        &options,
+        &mut |event| {
+            watch.fit(event);
+            live.note(event);
+            interrupt.flow()
+        },
+        console,
+    )?;
     drop(live);
     watch.result(&result);
     let fitted = result.apply(&input.capture)?;

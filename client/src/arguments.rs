@@ -4,6 +4,7 @@ mod prepare;
 
 pub use prepare::{CompositeArguments, HdrArguments, MatteArguments, PlanArguments, camera, colour};
 
+use crate::watch::WatchArguments;
 use clap::{Args, Parser, Subcommand};
 use gonio_fit::SolverName;
 use gonio_worker::access::Access;
@@ -169,6 +170,9 @@ pub struct FitArguments {
     /// Continue from checkpoint.json in DIR, with the same capture, start, solver and seed
     #[arg(long)]
     pub resume: bool,
+    /// What to serve meanwhile.
+    #[command(flatten)]
+    pub watch: WatchArguments,
     /// Where to render.
     #[command(flatten)]
     pub farm: FarmArguments,
@@ -197,6 +201,9 @@ pub struct DiagnoseArguments {
     /// Effects to leave out of the catalogue, such as defocus,bumps
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub without: Vec<String>,
+    /// What to serve meanwhile.
+    #[command(flatten)]
+    pub watch: WatchArguments,
     /// Where to render.
     #[command(flatten)]
     pub farm: FarmArguments,
@@ -228,6 +235,9 @@ pub struct SweepArguments {
     /// Evaluations under way at once, for a farm of many machines twice its threads; absent, 16, or fewer of large frames
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub in_flight: Option<u16>,
+    /// What to serve meanwhile.
+    #[command(flatten)]
+    pub watch: WatchArguments,
     /// Where to render.
     #[command(flatten)]
     pub farm: FarmArguments,

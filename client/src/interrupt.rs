@@ -37,7 +37,12 @@ impl Interrupt {
         Ok(Self(asked))
     }
 
-    /// Whether a signal has come.
+    /// Asks as the first signal does.
+    pub fn ask(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether a signal has come, or [`Interrupt::ask`] was called.
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }

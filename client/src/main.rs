@@ -8,6 +8,7 @@ mod interrupt;
 mod output;
 mod progress;
 mod relocate;
+mod watch;
 
 use arguments::{Arguments, Command};
 use clap::Parser;

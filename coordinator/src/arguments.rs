@@ -2,6 +2,7 @@
 
 use anyhow::ensure;
 use clap::{Args, Parser, Subcommand};
+use gonio_coordinator::page::Port;
 use gonio_coordinator::security::{Guard, Identity, Roles, Tokens, fresh, server};
 use gonio_coordinator::service::Protection;
 use gonio_operations::OperationsArguments;
@@ -35,6 +36,10 @@ pub struct Arguments {
     pub scaler: Option<SocketAddr>,
     #[command(flatten)]
     pub operations: OperationsArguments,
+    /// Address at which a page shows jobs and workers, as encrypted as --listen, to those whose token has the role watch or submit;
+    /// the latter may cancel, too
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub page: Option<SocketAddr>,
     #[command(flatten)]
     pub security: SecurityArguments,
 }
@@ -79,6 +84,24 @@ pub struct TokenArguments {
 }
 
 impl SecurityArguments {
+    /// The open port of a page at `address`.
+    ///
+    /// # Errors
+    /// As [`Self::protection`]; an address that cannot be served.
+    pub async fn page(&self, address: SocketAddr) -> anyhow::Result<Port> {
+        let asks = self.tokens.is_some() || self.client_ca.is_some();
+        ensure!(
+            address.ip().is_loopback() || self.insecure || self.tls_cert.is_some() && asks,
+            "--page {address}: others could read along, and anybody cancel; name --tls-cert and --tls-key, and --client-ca or \
+             --tokens, or say --insecure where the network is closed to others"
+        );
+        let identity = match (self.tls_cert.clone(), self.tls_key.clone()) {
+            (Some(certificate), Some(key)) => Some(Identity { certificate, key, client_ca: self.client_ca.clone() }),
+            _ => None,
+        };
+        Ok(Port::open(address, identity.as_ref()).await?)
+    }
+
     /// What protects a coordinator that listens at `address`.
     ///
     /// # Errors

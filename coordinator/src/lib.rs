@@ -10,6 +10,7 @@ pub mod intake;
 pub mod jobs;
 pub mod journal;
 pub mod operations;
+pub mod page;
 pub mod scaler;
 pub mod security;
 pub mod service;

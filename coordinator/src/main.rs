@@ -58,7 +58,15 @@ async fn main() -> anyhow::Result<()> {
         Coordinator::new(blobs, broker::SILENCE)
     };
     operations.serve(&coordinator);
+    let page = match arguments.page {
+        Some(address) => Some(arguments.security.page(address).await?),
+        None => None,
+    };
     println!("listening on {scheme}://{address}");
+    if let Some(page) = page {
+        println!("page at {}", page.url());
+        tokio::spawn(page.serve(coordinator.clone(), protection.guard.clone()));
+    }
     let lost = std::sync::Arc::new(std::sync::OnceLock::new());
     let (owner, why) = (coordinator.clone(), std::sync::Arc::clone(&lost));
     let stop = async move {

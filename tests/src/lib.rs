@@ -3,6 +3,8 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::missing_panics_doc)]
 
 #[cfg(unix)]
+pub mod browser;
+#[cfg(unix)]
 pub mod cluster;
 pub mod hidden;
 pub mod noise;

@@ -20,8 +20,9 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 16] = [
     ("gonio-calibrate", &["gonio-scene"]),
     ("gonio-pose", &["gonio-scene"]),
     ("gonio-estimate", &["gonio-scene", "gonio-pose"]),
+    ("gonio-page", &[]),
     ("gonio-worker", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-operations", "gonio-tracer"]),
-    ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-operations"]),
+    ("gonio-coordinator", &["gonio-scene", "gonio-proto", "gonio-store", "gonio-operations", "gonio-page"]),
     (
         "gonio",
         &[
@@ -37,6 +38,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 16] = [
             "gonio-calibrate",
             "gonio-pose",
             "gonio-estimate",
+            "gonio-page",
             "gonio-coordinator",
             "gonio-worker",
         ],
@@ -51,6 +53,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 16] = [
             "gonio-diagnose",
             "gonio-sweep",
             "gonio-worker",
+            "gonio-page",
             "gonio-coordinator",
             "gonio",
         ],
@@ -69,6 +72,7 @@ const NEVER: [(&str, &[&str]); 10] = [
     ("gonio-calibrate", &["tokio", "tonic", "prost"]),
     ("gonio-pose", &["tokio", "tonic", "prost"]),
     ("gonio-estimate", &["tokio", "tonic", "prost"]),
+    ("gonio-page", &["tonic", "prost"]),
 ];
 
 fn metadata() -> serde_json::Value {

@@ -5,7 +5,7 @@ use gonio_scene::Progress;
 use serde::{Deserialize, Serialize};
 
 /// One event of a fit, in the order in which they come: `Started`, then `EvaluationProgress` and `IterationDone` in
-/// turns, `HeldOut` where there is something to score, `Finished`.
+/// turns, each of these followed by `StandardErrors` where derivatives were evaluated there, `HeldOut` where there is something to score, `Finished`.
 ///
 /// A resumed fit first repeats the events of what its checkpoint holds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -30,6 +30,13 @@ pub enum FitEvent {
     EvaluationProgress(#[serde(with = "ProgressFields")] Progress),
     /// The optimiser has made or refused a step.
     IterationDone(Iteration),
+    /// How sure the values of the last iteration are.
+    StandardErrors {
+        /// The iteration's number.
+        iteration: u32,
+        /// In parameter order and physical units, as [`crate::Estimate::standard_error`]; `None` where the data say nothing.
+        standard_errors: Vec<Option<f64>>,
+    },
     /// The fit itself is over; the held-out photos are evaluated now, for the first and only time.
     HeldOut {
         /// Photos scored.

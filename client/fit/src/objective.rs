@@ -7,6 +7,7 @@
 use crate::checkpoint::{Entry, Journal};
 use crate::event::Iteration;
 use crate::normal::count;
+use crate::uncertainty::Uncertainty;
 use crate::{Evaluate, EvaluateError, FitError, FitEvent, Normal, Options, Space};
 use argmin::core::{CostFunction, Error, Gradient};
 use gonio_scene::capture::Target;
@@ -176,10 +177,12 @@ impl<'a> Objective<'a> {
         };
         inner.position = Some((u.to_vec(), samples));
         inner.iterations.push(iteration.clone());
+        let errors = inner.standard_errors(&iteration);
         inner
             .journal
             .note(&iteration)
             .and_then(|()| inner.tell(&FitEvent::IterationDone(iteration)))
+            .and_then(|()| errors.map_or(Ok(()), |errors| inner.tell(&errors)))
             .map_err(|reason| inner.stop(reason))
     }
 
@@ -275,6 +278,14 @@ impl Inner<'_> {
 
     fn tell(&mut self, event: &FitEvent) -> Result<(), FitError> {
         if (self.observer)(event).is_break() { Err(FitError::Cancelled) } else { Ok(()) }
+    }
+
+    /// How sure the values of an iteration are, where derivatives were evaluated there.
+    fn standard_errors(&self, i: &Iteration) -> Option<FitEvent> {
+        let known = self.journal.find(&i.parameters, i.samples, true)?;
+        let errors = Uncertainty::new(&known.photos, i.parameters.len()).standard_errors;
+        let standard_errors = errors.into_iter().map(|error| error.is_finite().then_some(error)).collect();
+        Some(FitEvent::StandardErrors { iteration: i.iteration, standard_errors })
     }
 
     fn stop(&mut self, reason: FitError) -> Stopped {

@@ -49,6 +49,7 @@ impl<'c> FitConsole<'c> {
                 self.iteration = iteration.iteration;
                 self.console.line(&line(iteration));
             }
+            FitEvent::StandardErrors { .. } => {}
             FitEvent::HeldOut { photos } => {
                 self.held_out = true;
                 self.console.line(&format!("scoring {photos} held out"));

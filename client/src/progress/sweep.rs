@@ -1,12 +1,14 @@
 //! A sweep's progress, as it appears on the console.
 
 use super::{Console, count, metric};
+use crate::watch::Watch;
 use serde_json::json;
 use std::time::Instant;
 
-/// Shows on a console how a sweep gets on.
+/// Shows on a console, and on a page, how a sweep gets on.
 pub struct SweepConsole<'c> {
     console: &'c mut Console,
+    watch: &'c Watch,
     begun: Instant,
     /// Frames to render.
     frames: usize,
@@ -18,10 +20,10 @@ pub struct SweepConsole<'c> {
 }
 
 impl<'c> SweepConsole<'c> {
-    /// Shows on `console` how `frames` of `samples` camera samples in all are rendered.
-    pub fn new(console: &'c mut Console, frames: usize, samples: u64) -> Self {
+    /// Shows on `console` and `watch` how `frames` of `samples` camera samples in all are rendered.
+    pub fn new(console: &'c mut Console, watch: &'c Watch, frames: usize, samples: u64) -> Self {
         console.begin("sweep");
-        Self { console, begun: Instant::now(), frames, samples, rendered: 0, told: 0 }
+        Self { console, watch, begun: Instant::now(), frames, samples, rendered: 0, told: 0 }
     }
 
     /// A frame is finished.
@@ -47,6 +49,7 @@ impl<'c> SweepConsole<'c> {
         let message =
             format!("{}/{}  {rate:.1} frames/s  {} samples/s", self.rendered, self.frames, metric(samples_per_second));
         let (rendered, frames) = (self.rendered, self.frames);
+        self.watch.frames(rendered, frames, samples_per_second, left);
         self.console.show(samples, self.samples, &message, || {
             json!({
                 "event": "progress",

@@ -1,7 +1,8 @@
 //! One photo of the report: photograph, render and residual side by side.
 
 use super::html::{escape, significant};
-use super::picture::{Tone, data_uri, dimmed, diverging, legend};
+use super::picture::{Tone, data_uri, dimmed, diverging, legend, png};
+use bytes::Bytes;
 use gonio_scene::capture::{Role, Sensor};
 use gonio_scene::{Capture, Film, PhotoStatistics, Photograph, SensorStage};
 
@@ -28,8 +29,8 @@ pub struct Panel {
     block: usize,
     width: usize,
     height: usize,
-    /// `data:` addresses of photograph, render and residual.
-    pictures: [String; 3],
+    /// PNGs of photograph, render and residual.
+    pngs: [Bytes; 3],
 }
 
 /// One pixel of the panel: means over a block.
@@ -68,7 +69,7 @@ impl Panel {
         let picture = |colour: &dyn Fn(&Cell) -> [u8; 3]| {
             let pixels: Vec<[u8; 3]> =
                 cells.iter().map(|cell| dimmed(colour(cell), 2.0 * cell.counted >= cell.pixels)).collect();
-            data_uri(u32::try_from(columns).unwrap_or(0), u32::try_from(rows).unwrap_or(0), &pixels)
+            png(u32::try_from(columns).unwrap_or(0), u32::try_from(rows).unwrap_or(0), &pixels)
         };
         #[allow(clippy::cast_precision_loss)]
         let observations = (statistics.observations as f64).max(1.0);
@@ -83,7 +84,7 @@ impl Panel {
             block,
             width: columns,
             height: rows,
-            pictures: [
+            pngs: [
                 picture(&|cell| cell.photo.map(|v| tone.show(v))),
                 picture(&|cell| cell.render.map(|v| tone.show(v))),
                 picture(&|cell| diverging(cell.residual)),
@@ -91,9 +92,15 @@ impl Panel {
         })
     }
 
+    /// PNGs of photograph, render and residual, all of one size.
+    #[must_use]
+    pub fn pngs(&self) -> &[Bytes; 3] {
+        &self.pngs
+    }
+
     /// Addresses of the pictures of photograph, render and residual, and their size.
-    pub(super) fn pictures(&self) -> (&[String; 3], usize, usize) {
-        (&self.pictures, self.width, self.height)
+    pub(super) fn pictures(&self) -> ([String; 3], usize, usize) {
+        (self.pngs.each_ref().map(|png| data_uri(png)), self.width, self.height)
     }
 
     fn html(&self) -> String {
@@ -108,7 +115,8 @@ impl Panel {
         let captions = ["Photo", "Render", "Residual: (photo \u{2212} render) / \u{3c3}"];
         let alternatives = ["the photograph", "the render at the fitted values", "the residual in standard deviations"];
         let figures: String = self
-            .pictures
+            .pictures()
+            .0
             .iter()
             .zip(captions.iter().zip(alternatives))
             .map(|(picture, (caption, what))| {

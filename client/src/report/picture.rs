@@ -2,6 +2,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use bytes::Bytes;
 use gonio_scene::capture::{Response, srgb};
 use gonio_scene::image::encode_png8;
 
@@ -75,12 +76,14 @@ pub(super) fn dimmed(colour: [u8; 3], counts: bool) -> [u8; 3] {
     std::array::from_fn(|c| byte(0.25 * f64::from(colour[c]) + 0.75 * f64::from(FADED[c])))
 }
 
-/// The picture as a `data:` address; empty where it has no pixels.
-pub(super) fn data_uri(width: u32, height: u32, pixels: &[[u8; 3]]) -> String {
-    match encode_png8("report.html", width, height, pixels) {
-        Ok(png) => format!("data:image/png;base64,{}", STANDARD.encode(png)),
-        Err(_) => String::new(),
-    }
+/// The picture as PNG; empty where it has no pixels.
+pub(super) fn png(width: u32, height: u32, pixels: &[[u8; 3]]) -> Bytes {
+    encode_png8("report.html", width, height, pixels).unwrap_or_default().into()
+}
+
+/// A PNG as a `data:` address; empty where there is none.
+pub(super) fn data_uri(png: &[u8]) -> String {
+    if png.is_empty() { String::new() } else { format!("data:image/png;base64,{}", STANDARD.encode(png)) }
 }
 
 /// The residual's scale as an SVG.

@@ -6,10 +6,13 @@
 
 pub mod active;
 mod counters;
+mod look;
 pub mod loss;
 mod pace;
+mod reissue;
 pub mod session;
 mod shares;
+mod speed;
 mod state;
 mod survey;
 mod sweep;
@@ -19,6 +22,7 @@ mod workers;
 
 pub use active::{Active, Failure, Outcome};
 pub use counters::Counters;
+pub use look::{Activity, Strength, WorkerLook};
 pub use loss::Loss;
 pub use shares::INTERACTIVE_WEIGHT;
 pub use state::ToWorker;
@@ -168,6 +172,7 @@ impl Drop for Registration {
     fn drop(&mut self) {
         let mut state = self.broker.state();
         state.shares.leave(self.evaluation);
+        state.speeds.end(self.evaluation);
         let leases = state.evaluations.remove(&self.evaluation).map(|entry| entry.tasks.leased(|_| true));
         for (_, _, worker) in leases.unwrap_or_default() {
             state.let_go(worker, 1);

@@ -5,6 +5,7 @@ use super::counters::Counters;
 use super::loss::Loss;
 use super::pace::{Pace, TARGET};
 use super::shares::Shares;
+use super::speed::Speeds;
 use super::sweep::MOST_MISSED;
 use super::tasks::{Lease, Tasks};
 use gonio_proto::convert::request::Class;
@@ -108,6 +109,8 @@ pub(super) struct State {
     /// The worker of the last lease: the next ones have their turn.
     pub last_served: u64,
     pub counters: Counters,
+    /// Of the workers above, from hello to the stream's end, and of evaluations from their first commit.
+    pub speeds: Speeds,
 }
 
 impl State {
@@ -122,6 +125,7 @@ impl State {
             shares: Shares::default(),
             last_served: 0,
             counters: Counters::default(),
+            speeds: Speeds::default(),
         }
     }
 

@@ -33,6 +33,7 @@ impl Broker {
         let silence_milliseconds = u32::try_from(self.silence.as_millis()).unwrap_or(u32::MAX);
         worker.send(Message::Welcome(wire::Welcome { worker: id, epoch: self.epoch, silence_milliseconds }));
         state.workers.insert(id, worker);
+        state.speeds.join(id);
         id
     }
 
@@ -44,6 +45,7 @@ impl Broker {
         if let Some(gone) = state.workers.remove(&worker) {
             state.slots -= u64::from(gone.hello.slots);
         }
+        state.speeds.leave(worker);
         state.settle(worker);
         state.counters.workers_gone += 1;
         tracing::info!(worker, name, returned, ?loss, "worker gone");
@@ -124,6 +126,7 @@ impl Broker {
         let took = i64::try_from(render_time.as_micros()).unwrap_or(i64::MAX);
         state.shares.charge(id.evaluation, took.saturating_sub(committed.lease.charged.into()));
         state.let_go(worker, 1);
+        state.speeds.add(worker, id.evaluation, samples);
         if let Some(worker) = state.workers.get_mut(&worker) {
             worker.camera_samples += samples;
             worker.render_time += render_time;

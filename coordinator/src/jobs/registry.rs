@@ -62,6 +62,12 @@ impl Jobs {
         }
     }
 
+    /// The one with a number.
+    #[must_use]
+    pub fn get(&self, evaluation: u64) -> Option<Arc<Job>> {
+        self.state().by_number.get(&evaluation).cloned()
+    }
+
     /// All of them, in the order in which they came.
     #[must_use]
     pub fn all(&self) -> Vec<Arc<Job>> {

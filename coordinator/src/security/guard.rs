@@ -1,5 +1,6 @@
 //! Asks every call for a token whose roles it needs, before anything of the call is read.
 
+use super::tokens::Grant;
 use super::{Roles, Tokens};
 use futures::future::{Either, Ready, ready};
 use std::sync::Arc;
@@ -24,16 +25,39 @@ impl Guard {
         Self { tokens: tokens.map(Arc::new) }
     }
 
-    fn admit(&self, path: &str, headers: &HeaderMap) -> Result<(), Status> {
-        let Some(tokens) = self.tokens.as_ref().filter(|_| !path.starts_with(HEALTH)) else { return Ok(()) };
-        let Some(given) = headers.get(AUTHORIZATION) else {
+    /// Whether tokens are asked for.
+    #[must_use]
+    pub fn asks(&self) -> bool {
+        self.tokens.is_some()
+    }
+
+    /// Whether who shows this `Authorization` has one of `roles`.
+    ///
+    /// # Errors
+    /// No token where one is asked for, or an unknown one.
+    pub fn allows(&self, authorization: Option<&str>, roles: Roles) -> Result<bool, Status> {
+        Ok(self.grant(authorization)?.is_none_or(|grant| roles.meet(grant.roles)))
+    }
+
+    /// What an `Authorization` grants; `None` where nothing is asked for, and all is granted.
+    fn grant(&self, authorization: Option<&str>) -> Result<Option<&Grant>, Status> {
+        let Some(tokens) = &self.tokens else { return Ok(None) };
+        let Some(given) = authorization else {
             return Err(Status::unauthenticated("this farm asks for a token; name its file with --token"));
         };
-        let given = given.to_str().unwrap_or_default();
         let token = given.split_once(' ').filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
-        let Some(grant) = token.and_then(|(_, token)| tokens.grant(token.trim())) else {
-            return Err(Status::unauthenticated("the token is unknown here; ask who runs the farm for one"));
-        };
+        match token.and_then(|(_, token)| tokens.grant(token.trim())) {
+            Some(grant) => Ok(Some(grant)),
+            None => Err(Status::unauthenticated("the token is unknown here; ask who runs the farm for one")),
+        }
+    }
+
+    fn admit(&self, path: &str, headers: &HeaderMap) -> Result<(), Status> {
+        if path.starts_with(HEALTH) {
+            return Ok(());
+        }
+        let given = headers.get(AUTHORIZATION).map(|given| given.to_str().unwrap_or_default());
+        let Some(grant) = self.grant(given)? else { return Ok(()) };
         if Roles::for_call(path).is_some_and(|needed| needed.meet(grant.roles)) {
             return Ok(());
         }

@@ -9,6 +9,7 @@ mod tokens;
 pub use connection::bounded;
 pub use guard::Guard;
 pub use role::{Role, Roles};
+pub(crate) use tls::pem;
 pub use tls::{Identity, server};
 pub use tokens::{Tokens, fresh};
 

@@ -35,7 +35,7 @@ pub fn server(identity: &Identity) -> Result<ServerTlsConfig, SecurityError> {
 }
 
 /// A PEM file that holds at least one block of a kind. A key's contents are never part of an error.
-fn pem(option: &'static str, path: &Path, kind: &str) -> Result<Vec<u8>, SecurityError> {
+pub(crate) fn pem(option: &'static str, path: &Path, kind: &str) -> Result<Vec<u8>, SecurityError> {
     let bytes = read(option, path)?;
     if gonio_proto::pem::holds(&bytes, kind) {
         return Ok(bytes);

@@ -10,6 +10,7 @@ use crate::interrupt::Interrupt;
 use crate::output::{Output as Folder, tell, to_json, to_pretty_json};
 use crate::progress::{Console, DiagnoseConsole};
 use crate::relocate::relocate;
+use crate::watch::Watch;
 use gonio::report::{DiagnosisReport, Panel, ReflectancePanel};
 use gonio_diagnose::{Diagnosed, Diagnosis, Options, Seen, Verdict};
 use gonio_scene::Capture;
@@ -39,21 +40,39 @@ pub fn run(arguments: &DiagnoseArguments) -> Result<(), Failure> {
         ..Options::default()
     };
     let mut console = Console::new(arguments.farm.json);
+    let watch = Watch::open(&arguments.watch, ("Diagnosis", &input.capture.name), &interrupt, &console)?;
+    let done = work(arguments, &input, &folder, &options, &mut console, &interrupt, &watch);
+    watch.end(&done);
+    done
+}
+
+fn work(
+    arguments: &DiagnoseArguments,
+    input: &Input,
+    folder: &Folder,
+    options: &Options,
+    console: &mut Console,
+    interrupt: &Interrupt,
+    watch: &Watch,
+) -> Result<(), Failure> {
     let workshop = FarmWorkshop { farm: farm(&arguments.farm)?, files: &input.files };
     let diagnosed = {
-        let mut view = DiagnoseConsole::new(&mut console);
+        let mut view = DiagnoseConsole::new(console);
         let mut observer = |event: &gonio_diagnose::DiagnoseEvent| {
             view.show(event);
+            watch.diagnose(event);
             interrupt.flow()
         };
-        gonio_diagnose::diagnose(&input.capture, &options, &workshop, &mut observer)?
+        gonio_diagnose::diagnose(&input.capture, options, &workshop, &mut observer)?
     };
     console.end();
-    write(&diagnosed, &input, &folder)?;
+    watch.diagnosis(&diagnosed.diagnosis);
+    let panels = write(&diagnosed, input, folder)?;
+    watch.panels(&diagnosed.last_capture, &panels);
     if arguments.farm.json {
         tell(&to_json(&diagnosed.diagnosis)?);
     } else {
-        conclude(&diagnosed.diagnosis, &folder);
+        conclude(&diagnosed.diagnosis, folder);
     }
     match &diagnosed.unjudged {
         Some(why) => Err(Failure::Input(format!("the held-out photos could not be judged: {why}"))),
@@ -61,7 +80,8 @@ pub fn run(arguments: &DiagnoseArguments) -> Result<(), Failure> {
     }
 }
 
-fn write(diagnosed: &Diagnosed, input: &Input, folder: &Folder) -> Result<(), Failure> {
+/// Writes the files; returns the panels of the last model.
+fn write(diagnosed: &Diagnosed, input: &Input, folder: &Folder) -> Result<Vec<Panel>, Failure> {
     let mut here = diagnosed.capture.clone();
     relocate(&mut here, &input.root, folder.dir())?;
     for (path, bytes) in &diagnosed.files {
@@ -82,10 +102,11 @@ fn write(diagnosed: &Diagnosed, input: &Input, folder: &Folder) -> Result<(), Fa
         let panel = |s: &Seen| ReflectancePanel::new(capture, &s.photograph, &s.pairs, &s.film, &s.statistics);
         seen.iter().filter_map(panel).collect()
     };
+    let after = panels(&diagnosed.last_capture, &diagnosed.after);
     let report = DiagnosisReport {
         diagnosis: &diagnosed.diagnosis,
         before: &panels(&diagnosed.base_capture, &diagnosed.before),
-        after: &panels(&diagnosed.last_capture, &diagnosed.after),
+        after: &after,
         files_before: &files(&diagnosed.base_capture, &diagnosed.before),
         files_after: &files(&diagnosed.last_capture, &diagnosed.after),
         structure_before: &diagnosed.structure_before,
@@ -94,7 +115,7 @@ fn write(diagnosed: &Diagnosed, input: &Input, folder: &Folder) -> Result<(), Fa
         version: env!("CARGO_PKG_VERSION"),
     };
     folder.write(REPORT, report.page().as_bytes())?;
-    Ok(())
+    Ok(after)
 }
 
 /// The diagnosis in a few lines, for people.

@@ -10,12 +10,14 @@ use crate::interrupt::Interrupt;
 use crate::output::{Output as Folder, tell, to_json, to_pretty_json};
 use crate::progress::{Console, FitConsole};
 use crate::relocate::relocate;
+use crate::watch::{Live, Watch};
 use gonio::farm::OpenCapture;
 use gonio::report::Report;
 use gonio_fit::{Checkpoint, FitEvent, FitResult, Options};
 use gonio_scene::capture::CAPTURE_FILE;
 use gonio_scene::{Capture, Photograph};
 use pictures::Pictures;
+use std::ops::ControlFlow;
 
 const RESULT: &str = "fit.json";
 const REPORT: &str = "report.html";
@@ -40,28 +42,57 @@ pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
     }
     let written = [CAPTURE_FILE, RESULT, REPORT, CHECKPOINT].map(str::to_owned);
     let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;
-    let mut options = options(arguments, &folder)?;
     let mut console = Console::new(arguments.farm.json);
-    let mut farm = open(&arguments.farm, &input)?;
+    let watch = Watch::open(&arguments.watch, ("Fit", &input.capture.name), &interrupt, &console)?;
+    let done = work(arguments, &input, &folder, &mut console, &interrupt, &watch);
+    watch.end(&done);
+    done
+}
+
+fn work(
+    arguments: &FitArguments,
+    input: &Input,
+    folder: &Folder,
+    console: &mut Console,
+    interrupt: &Interrupt,
+    watch: &Watch,
+) -> Result<(), Failure> {
+    let mut options = options(arguments, folder)?;
+    let mut farm = open(&arguments.farm, input)?;
     options.files = farm.files().map(|(path, digest)| (path.to_owned(), digest.to_string())).collect();
 
-    let result = fit(&input.capture, &mut farm, &options, &mut console, &interrupt)?;
+    let live = Live::start(watch, &input.capture, &input.files, &farm);
+    let result = fit(
+        &input.capture,
+        &mut farm,
+        &options,
+        &mut |event| {
+            watch.fit(event);
+            live.note(event);
+            interrupt.flow()
+        },
+        console,
+    )?;
+    drop(live);
+    watch.result(&result);
     let fitted = result.apply(&input.capture)?;
-    write_capture(&fitted, &input, &folder)?;
+    write_capture(&fitted, input, folder)?;
     folder.write(RESULT, to_pretty_json(&result)?.as_bytes())?;
     let panels = if interrupt.is_asked() {
         Ok(Pictures::default())
     } else {
-        pictures::panels(&fitted, &input.files, &mut farm, &result, &mut console, &interrupt)
+        watch.phase("Rendering the report's pictures");
+        pictures::panels(&fitted, &input.files, &mut farm, &result, console, interrupt)
     };
     let samples = pictures::samples(&fitted, &result);
     let none = Pictures::default();
-    write_report(&folder, &result, panels.as_ref().unwrap_or(&none), samples)?;
+    write_report(folder, &result, panels.as_ref().unwrap_or(&none), samples)?;
+    watch.panels(&fitted, &panels.as_ref().unwrap_or(&none).photos);
     console.end();
     if arguments.farm.json {
         tell(&to_json(&result)?);
     } else {
-        conclude(&result, &folder);
+        conclude(&result, folder);
     }
     panels?;
     if interrupt.is_asked() {
@@ -75,13 +106,13 @@ fn fit(
     capture: &Capture,
     farm: &mut OpenCapture,
     options: &Options,
+    seen: &mut dyn FnMut(&FitEvent) -> ControlFlow<()>,
     console: &mut Console,
-    interrupt: &Interrupt,
 ) -> Result<FitResult, Failure> {
     let mut view = FitConsole::new(console);
     let mut observer = |event: &FitEvent| {
         view.show(event);
-        interrupt.flow()
+        seen(event)
     };
     Ok(gonio_fit::fit(capture, farm, options, &mut observer)?)
 }

@@ -19,6 +19,7 @@ use crate::interrupt::Interrupt;
 use crate::output::Output as Folder;
 use crate::progress::{Console, SweepConsole, count, plural};
 use crate::relocate::relocate;
+use crate::watch::{SheetWatch, Watch};
 use gonio_scene::capture::CAPTURE_FILE;
 use gonio_sweep::{Batch, FrameDigest, Record, Sheet, Table};
 use input::Planned;
@@ -52,7 +53,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     let note = "stopping and keeping what is done; again to kill";
     let interrupt = Interrupt::listen(if arguments.farm.json { "" } else { note })?;
     let planned = Planned::read(&arguments.sweep, arguments.diagnosis.as_deref(), &arguments.without)?;
-    let Planned { plan, digests, .. } = &planned;
+    let plan = &planned.plan;
     let place = Place::open(&arguments.out, arguments.dry_run)?;
     if let (Some(folder), false) = (place.folder(), arguments.dry_run) {
         let names = [TABLE[0], TABLE[1], TIMINGS, SHEET[0], SHEET[1], CAPTURE_FILE].map(str::to_owned);
@@ -69,8 +70,30 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
         Some((sweep, folder)) => Some(bop::Dataset::new(&planned, sweep, folder)?),
         None => None,
     };
-    let first_of = first_of(digests);
     let mut console = Console::new(arguments.farm.json);
+    let watch = Watch::open(&arguments.watch, ("Sweep", &plan.capture.name), &interrupt, &console)?;
+    let done = work(arguments, &planned, &place, &mut console, &interrupt, &watch).and_then(|(mut swept, left)| {
+        if let (Some(dataset), false) = (&dataset, arguments.dry_run) {
+            dataset.write(&mut console, &interrupt)?;
+        }
+        swept.seconds = (!arguments.dry_run).then(|| begin.elapsed().as_secs_f64());
+        swept.tell(arguments.farm.json, left)
+    });
+    watch.end(&done);
+    done
+}
+
+/// Renders what is missing and writes the tables; gives what there is to tell, and how many camera samples were left to trace.
+fn work<'a>(
+    arguments: &SweepArguments,
+    planned: &'a Planned,
+    place: &'a Place,
+    console: &mut Console,
+    interrupt: &Interrupt,
+    watch: &Watch,
+) -> Result<(Summary<'a>, u64), Failure> {
+    let Planned { plan, digests, .. } = planned;
+    let first_of = first_of(digests);
     let mut finished = place.listed(&first_of.keys().copied().collect::<Vec<_>>(), &plan.outputs)?;
     let sheet = Sheet::of(plan);
     let shown: BTreeSet<FrameDigest> = sheet.frames().iter().map(|frame| digests[*frame]).collect();
@@ -122,10 +145,10 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
             plan,
             digests,
             files: &planned.files,
-            place: &place,
+            place,
             farm: &farm,
             remote: arguments.farm.farm.is_some(),
-            interrupt: &interrupt,
+            interrupt,
             stop: AtomicBool::new(false),
             traced: AtomicU64::new(0),
         };
@@ -133,10 +156,13 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
             swept.estimated_seconds =
                 Some(count(left) / estimate::rate(&runner, &open, &batches, in_flight)?.max(1e-9));
         } else {
-            let mut view = SweepConsole::new(&mut console, wanted.len(), left);
+            let mut view = SweepConsole::new(console, watch, wanted.len(), left);
+            let mut drawn = SheetWatch::new(watch);
             let result = runner.run(&open, batches, in_flight, &mut view, &mut |frame, record| {
                 records.insert(digests[frame], keep(digests[frame], record));
+                drawn.draw(&sheet, digests, &records, false);
             });
+            drawn.draw(&sheet, digests, &records, true);
             console.end();
             swept.rendered = records.len() - finished.len();
             if interrupt.is_asked() && records.len() < first_of.len() {
@@ -151,13 +177,9 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
         swept.estimated_seconds = Some(0.0);
     }
     if !arguments.dry_run {
-        write(&planned, &place, &sheet, &records)?;
-        if let Some(dataset) = &dataset {
-            dataset.write(&mut console, &interrupt)?;
-        }
-        swept.seconds = Some(begin.elapsed().as_secs_f64());
+        write(planned, place, &sheet, &records)?;
     }
-    swept.tell(arguments.farm.json, left)
+    Ok((swept, left))
 }
 
 /// The first frame of each digest.

@@ -72,11 +72,19 @@ impl<'p> Sheet<'p> {
     /// # Errors
     /// None for the records of a sweep; `file` is named in them.
     pub fn picture(&self, file: &str, records: &[&Record]) -> Result<Vec<u8>> {
+        self.picture_of(file, |frame| records.get(frame).copied())
+    }
+
+    /// The picture as [`Sheet::picture`], of those frames that have a record yet.
+    ///
+    /// # Errors
+    /// As [`Sheet::picture`].
+    pub fn picture_of<'r>(&self, file: &str, record: impl Fn(usize) -> Option<&'r Record>) -> Result<Vec<u8>> {
         let (width, height) = self.size();
         let mut pixels = vec![PAPER; width as usize * height as usize];
-        let white = self.white(records);
+        let white = self.white(&record);
         for (i, &frame) in self.shown.iter().enumerate() {
-            let Some(record) = records.get(frame) else { continue };
+            let Some(record) = record(frame) else { continue };
             let (left, top) = self.place(i);
             let small = &record.thumbnail;
             for (k, value) in small.values().into_iter().enumerate() {
@@ -95,8 +103,8 @@ impl<'p> Sheet<'p> {
         page::write(self, title, picture, digests, records)
     }
 
-    fn white(&self, records: &[&Record]) -> f64 {
-        let shown = self.shown.iter().filter_map(|&frame| records.get(frame));
+    fn white<'r>(&self, record: impl Fn(usize) -> Option<&'r Record>) -> f64 {
+        let shown = self.shown.iter().filter_map(|&frame| record(frame));
         let linear = shown.filter(|record| record.thumbnail.is_linear());
         let mut values: Vec<f64> = linear.flat_map(|record| record.thumbnail.values()).flatten().collect();
         if values.is_empty() {

@@ -107,16 +107,18 @@ fn radiance_is_within_one_per_cent_over_twelve_stops() {
     assert_eq!(merge(&stack, &read).radiance, merged.radiance);
 }
 
+/// ln of the exposure that gives a code.
+fn truth(code: usize) -> f64 {
+    let value = code as f64 / 255.0 / 1.02;
+    libm::log(-libm::log(1.0 - value * value) / 0.9)
+}
+
 /// Exposures a whole stop apart say nothing of a wave of that period on the curve: only its smoothness does.
 #[test]
 fn the_response_is_within_one_per_cent_over_its_codes() {
     for noise in [0.0, 0.8] {
         let stack = Stack::new(stack(&times(13), noise, |_, _, _, light| light), None).unwrap();
         let response = calibrate(&stack, Region::All).unwrap();
-        let truth = |code: usize| {
-            let value = code as f64 / 255.0 / 1.02;
-            libm::log(-libm::log(1.0 - value * value) / 0.9)
-        };
         for table in &response.log_exposure {
             let off: Vec<f64> = (10..=245).map(|code| table[code] - truth(code)).collect();
             let mean = off.iter().sum::<f64>() / off.len() as f64;
@@ -125,6 +127,19 @@ fn the_response_is_within_one_per_cent_over_its_codes() {
             assert!(worst < 0.01, "{worst}");
         }
     }
+}
+
+/// Two exposures show some codes once only, and others never: there the curve goes on as the plain one does.
+#[test]
+fn two_exposures_of_a_dim_scene_give_a_curve_that_goes_on() {
+    let dim = |_: usize, x: usize, _: usize, _: [f64; 3]| [0.02 + 0.2 * x as f64 / SIZE[0] as f64; 3];
+    let stack = Stack::new(stack(&[1.0, 0.5], 0.8, dim), None).unwrap();
+    let response = calibrate(&stack, Region::All).unwrap();
+    let table = &response.log_exposure[1];
+    let off = |code: usize| table[code] - table[80] - truth(code) + truth(80);
+    let worst = (20..=110).map(|code| off(code).abs()).fold(0.0, f64::max);
+    println!("at most {worst:.4} off within the scene's codes, {:.4} at code 160", off(160));
+    assert!(worst < 0.02 && off(160).abs() < 0.1, "{worst} {}", off(160));
 }
 
 #[test]

@@ -54,19 +54,19 @@ impl Page {
         let to = OpenOptions::new().write(true).open(&to).unwrap();
         let from = BufReader::new(File::open(&from).unwrap());
         let mut page = Self { child, to, from, calls: 0, session: None, complaints: Vec::new(), _profile: profile };
-        let target = page.call("Target.createTarget", json!({ "url": "about:blank" }))["targetId"].clone();
-        let session = page.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }));
+        let target = page.call("Target.createTarget", &json!({ "url": "about:blank" }))["targetId"].clone();
+        let session = page.call("Target.attachToTarget", &json!({ "targetId": target, "flatten": true }));
         page.session = session["sessionId"].as_str().map(str::to_owned);
         for domain in ["Page.enable", "Runtime.enable", "Log.enable", "Accessibility.enable"] {
-            page.call(domain, json!({}));
+            page.call(domain, &json!({}));
         }
         let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": mobile });
-        page.call("Emulation.setDeviceMetricsOverride", size);
+        page.call("Emulation.setDeviceMetricsOverride", &size);
         page
     }
 
     /// Calls a method of the protocol.
-    pub fn call(&mut self, method: &str, parameters: Value) -> Value {
+    pub fn call(&mut self, method: &str, parameters: &Value) -> Value {
         self.calls += 1;
         let mut message = json!({ "id": self.calls, "method": method, "params": parameters });
         if let Some(session) = &self.session {
@@ -91,7 +91,7 @@ impl Page {
 
     /// The value of a script's expression.
     pub fn value(&mut self, expression: &str) -> Value {
-        let result = self.call("Runtime.evaluate", json!({ "expression": expression, "returnByValue": true }));
+        let result = self.call("Runtime.evaluate", &json!({ "expression": expression, "returnByValue": true }));
         assert!(result["exceptionDetails"].is_null(), "{expression}: {result}");
         result["result"]["value"].clone()
     }
@@ -107,26 +107,26 @@ impl Page {
 
     /// Goes to an address and waits until the page is there.
     pub fn go(&mut self, address: &str) {
-        self.call("Page.navigate", json!({ "url": address }));
+        self.call("Page.navigate", &json!({ "url": address }));
         let there = format!("location.href === {} && document.readyState === 'complete'", Value::from(address));
         self.wait(&there);
     }
 
     /// Writes into what has the focus.
     pub fn write(&mut self, text: &str) {
-        self.call("Input.insertText", json!({ "text": text }));
+        self.call("Input.insertText", &json!({ "text": text }));
     }
 
     /// Presses and releases a key; `text` is what it writes.
     pub fn press(&mut self, key: &str, code: u32, text: &str, held: bool) {
         let event = |kind: &str, text: &str| json!({ "type": kind, "key": key, "windowsVirtualKeyCode": code, "text": text, "autoRepeat": held });
-        self.call("Input.dispatchKeyEvent", event("keyDown", text));
-        self.call("Input.dispatchKeyEvent", event("keyUp", ""));
+        self.call("Input.dispatchKeyEvent", &event("keyDown", text));
+        self.call("Input.dispatchKeyEvent", &event("keyUp", ""));
     }
 
     /// Role and name of everything that a screen reader finds.
     pub fn accessible(&mut self) -> Vec<(String, String)> {
-        let tree = self.call("Accessibility.getFullAXTree", json!({}));
+        let tree = self.call("Accessibility.getFullAXTree", &json!({}));
         let text = |node: &Value, key: &str| node[key]["value"].as_str().unwrap_or_default().to_owned();
         let nodes = tree["nodes"].as_array().unwrap();
         nodes

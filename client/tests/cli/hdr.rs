@@ -35,6 +35,10 @@ fn photographed() -> TempDir {
     for file in ["map.response.json", "map.response.svg", "map.preview.png", "map.marks.png"] {
         assert!(capture.join(file).is_file(), "{file}");
     }
+    // The response is reusable: the same photos give the same map by it.
+    let known = ["--times", "times.csv", "--response", "capture/map.response.json", "--out", "again.exr"];
+    succeeds(top.path(), &[&["hdr"], &photos[..], &known].concat());
+    assert_eq!(std::fs::read(top.path().join("again.exr")).unwrap(), std::fs::read(capture.join("map.exr")).unwrap());
     let toml = capture_file(&top);
     edit(&toml, "map = \"true.exr\"\nscale = 1.0", "map = \"map.exr\"\nscale = 0.7");
     edit(&toml, "base_color = [0.6, 0.35, 0.2]\nroughness = 0.35", "base_color = [0.5, 0.5, 0.5]\nroughness = 0.5");

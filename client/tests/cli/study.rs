@@ -25,7 +25,7 @@ pub fn shown(at: &Path, count: usize) -> Vec<String> {
         std::fs::create_dir(at.join(folder)).unwrap();
     }
     let image = |k: usize| {
-        let name = format!("{}/{k}.png", if k % 2 == 0 { "real" } else { "synthetic" });
+        let name = format!("{}/{k}.png", if k.is_multiple_of(2) { "real" } else { "synthetic" });
         write_png8(&at.join(&name), 320, 240, &vec![[40 * k as u8; 3]; 320 * 240]).unwrap();
         name
     };

@@ -186,7 +186,7 @@ mod tests {
         with.0.insert(CAPTURE_FILE.into(), Arc::from(toml.as_bytes()));
         let error = pack(&with).unwrap_err();
         assert_eq!((error.file.as_str(), error.key.as_deref()), ("r.json", Some("sensor.response")));
-        let table: Vec<f64> = (0..256).map(|code| (f64::from(code) + 0.1).ln() / 3.0).collect();
+        let table: Vec<f64> = (0..256).map(|code| (f64::from(code) - 128.0) / 51.0 + 0.1).collect();
         let curve = gonio_scene::capture::ResponseCurve::new([table.clone(), table.clone(), table]).unwrap();
         with.0.insert("r.json".into(), Arc::from(curve.to_json().as_bytes()));
         let packed = pack(&with).unwrap();

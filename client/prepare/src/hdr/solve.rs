@@ -10,6 +10,9 @@ use nalgebra::{DMatrix, DVector};
 /// Weight of the second difference of what the curve has beside the plain one (lambda of equation 3), as a part of the
 /// data's.
 const SMOOTHNESS: f64 = 0.2;
+/// Part of the data's largest say on the plain curve below which they say nothing: what is left of it goes on without
+/// bends beyond the codes that a stack holds.
+const INDISTINCT: f64 = 1e-5;
 /// Residual, in ln(exposure), beyond which an observation counts less: what moved must not shape the curve.
 const OUTLYING: f64 = 0.1;
 
@@ -100,7 +103,7 @@ fn plain(normal: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
     }
     let small = basis.transpose() * normal * &basis;
     let largest = small.diagonal().max();
-    let shares = small.svd(true, true).solve(&(basis.transpose() * right), 1e-10 * largest);
+    let shares = small.svd(true, true).solve(&(basis.transpose() * right), INDISTINCT * largest);
     shares.map_or_else(|_| DVector::zeros(LEVELS), |shares| basis * shares)
 }
 

@@ -69,9 +69,11 @@ impl Browser {
         let target = target["targetId"].as_str().unwrap().to_owned();
         let attached = browser.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }));
         browser.session = attached["sessionId"].as_str().unwrap().to_owned();
-        for domain in ["Page.enable", "Runtime.enable", "Log.enable", "Network.enable", "Performance.enable"] {
+        for domain in ["Page.enable", "Runtime.enable", "Log.enable", "Network.enable"] {
             browser.call(domain, json!({}));
         }
+        // What the page takes, whoever else uses the processors.
+        browser.call("Performance.enable", json!({ "timeDomain": "threadTicks" }));
         browser.resize(width, height);
         browser
     }

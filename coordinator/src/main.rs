@@ -8,6 +8,7 @@ use clap::Parser;
 use gonio_coordinator::operations::{Operations, Phase};
 use gonio_coordinator::store::Blobs;
 use gonio_coordinator::{Coordinator, broker, journal, scaler, service};
+use std::io::Write;
 use tokio::net::TcpListener;
 
 #[tokio::main]
@@ -64,7 +65,8 @@ async fn main() -> anyhow::Result<()> {
     };
     println!("listening on {scheme}://{address}");
     if let Some(page) = page {
-        println!("page at {}", page.url());
+        // Whoever started it may have read no further than the line above.
+        let _ = writeln!(std::io::stdout(), "page at {}", page.url());
         tokio::spawn(page.serve(coordinator.clone(), protection.guard.clone()));
     }
     let lost = std::sync::Arc::new(std::sync::OnceLock::new());

@@ -65,19 +65,21 @@ impl Browser {
         });
         let mut browser =
             Self { say, hear, last: 0, session: String::new(), events: Vec::new(), process: child.into(), profile };
-        let target = browser.call("Target.createTarget", json!({ "url": "about:blank" }));
+        let target = browser.call("Target.createTarget", &json!({ "url": "about:blank" }));
         let target = target["targetId"].as_str().unwrap().to_owned();
-        let attached = browser.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }));
+        let attached = browser.call("Target.attachToTarget", &json!({ "targetId": target, "flatten": true }));
         browser.session = attached["sessionId"].as_str().unwrap().to_owned();
-        for domain in ["Page.enable", "Runtime.enable", "Log.enable", "Network.enable", "Performance.enable"] {
-            browser.call(domain, json!({}));
+        for domain in ["Page.enable", "Runtime.enable", "Log.enable", "Network.enable"] {
+            browser.call(domain, &json!({}));
         }
+        // What the page takes, whoever else uses the processors.
+        browser.call("Performance.enable", &json!({ "timeDomain": "threadTicks" }));
         browser.resize(width, height);
         browser
     }
 
     /// Asks, and waits for the answer.
-    pub fn call(&mut self, method: &str, parameters: Value) -> Value {
+    pub fn call(&mut self, method: &str, parameters: &Value) -> Value {
         self.last += 1;
         let mut message = json!({ "id": self.last, "method": method, "params": parameters });
         if !self.session.is_empty() {
@@ -96,7 +98,7 @@ impl Browser {
 
     /// Opens an address, and waits until it is loaded.
     pub fn open(&mut self, url: &str) {
-        let answer = self.call("Page.navigate", json!({ "url": url }));
+        let answer = self.call("Page.navigate", &json!({ "url": url }));
         assert!(answer["errorText"].is_null(), "{url}: {answer}");
         self.wait("document.readyState === 'complete'");
     }
@@ -104,7 +106,7 @@ impl Browser {
     /// The value of an expression on the page.
     pub fn value(&mut self, expression: &str) -> Value {
         let parameters = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
-        let answer = self.call("Runtime.evaluate", parameters);
+        let answer = self.call("Runtime.evaluate", &parameters);
         assert!(answer["exceptionDetails"].is_null(), "{expression}: {answer}");
         answer["result"]["value"].clone()
     }
@@ -127,19 +129,19 @@ impl Browser {
     /// Gives the window another size.
     pub fn resize(&mut self, width: u32, height: u32) {
         let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500 });
-        self.call("Emulation.setDeviceMetricsOverride", size);
+        self.call("Emulation.setDeviceMetricsOverride", &size);
     }
 
     /// Light or dark, as the reader's system would say.
     pub fn scheme(&mut self, scheme: &str) {
         let feature = json!({ "name": "prefers-color-scheme", "value": scheme });
-        self.call("Emulation.setEmulatedMedia", json!({ "features": [feature] }));
+        self.call("Emulation.setEmulatedMedia", &json!({ "features": [feature] }));
     }
 
     /// A picture of the page: of the window, or of all of it.
     pub fn screenshot(&mut self, file: &Path, whole: bool) {
         use base64::Engine;
-        let answer = self.call("Page.captureScreenshot", json!({ "format": "png", "captureBeyondViewport": whole }));
+        let answer = self.call("Page.captureScreenshot", &json!({ "format": "png", "captureBeyondViewport": whole }));
         let png = base64::engine::general_purpose::STANDARD.decode(answer["data"].as_str().unwrap()).unwrap();
         std::fs::write(file, png).unwrap();
     }

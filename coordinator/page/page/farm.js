@@ -107,6 +107,7 @@ function changed(now) {
   rows(at("job-rows"), Object.entries(state.jobs.rows ?? {}), makeJob, updateJob);
   const makeWorker = () => row("name", "", "number wide", "number", "number", "number wide", "number wide");
   rows(at("worker-rows"), Object.entries(state.workers.rows ?? {}), makeWorker, updateWorker);
+  show(at("acts"), Boolean(state.may_act) && state.jobs.total > 0);
   pager("jobs", state.jobs);
   pager("workers", state.workers);
 }

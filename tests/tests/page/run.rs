@@ -9,6 +9,9 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
+/// Longer than a command of these tests runs.
+const LONG: Duration = Duration::from_secs(600);
+
 /// Starts a command with `--watch`; the process, and where its page is.
 pub fn watched(arguments: &[&str]) -> (Process, String) {
     let mut command = command("gonio", arguments);
@@ -58,10 +61,10 @@ fn a_page_follows_a_fit_to_its_written_numbers() {
     let out_path = out.path().to_str().unwrap();
     let (mut fit, url) = watched(&["fit", capture, "--out", out_path, "--samples", "128", "--threads", "1"]);
     browser.open(&url);
-    assert!(browser.value("document.title").as_str().unwrap().contains("none-201"));
+    browser.wait("document.title.startsWith('Fit of none-201')");
     // While it runs: a loss with its band, parameters, a photo beside its render.
-    browser.wait("document.querySelectorAll('#loss-chart circle').length >= 2");
-    browser.wait("document.querySelector('#photo-list img')?.naturalWidth > 100");
+    browser.wait_for("document.querySelectorAll('#loss-chart circle').length >= 2", LONG);
+    browser.wait_for("document.querySelector('#photo-list img')?.naturalWidth > 100", LONG);
     let live = browser.value(SHOWN);
     assert!(live.as_array().unwrap().len() >= 6, "{live}");
     assert_eq!(browser.value("document.querySelector('#loss-chart .band') !== null"), true);
@@ -76,7 +79,7 @@ fn a_page_follows_a_fit_to_its_written_numbers() {
     if let Some(album) = album() {
         browser.screenshot(&album.join("fit-live.png"), true);
     }
-    browser.wait("document.body.dataset.status === 'over'");
+    browser.wait_for("document.body.dataset.status === 'over'", LONG);
     assert_eq!(fit.wait_for(Duration::from_secs(20)).and_then(|status| status.code()), Some(0));
     let written = json(&out.path().join("fit.json"));
     let shown = browser.value(SHOWN);
@@ -121,19 +124,16 @@ fn the_page_stops_a_fit_as_a_signal_does() {
         "64",
     ]);
     browser.open(&url);
-    browser.wait("document.querySelectorAll('#loss-rows tr').length >= 1");
+    browser.wait_for("document.querySelectorAll('#loss-rows tr').length >= 1", LONG);
     browser.value("document.getElementById('stop').click()");
     browser.value("document.querySelector('#sure button[value=stop]').click()");
-    browser.wait("document.body.dataset.status === 'over'");
+    browser.wait_for("document.body.dataset.status === 'over'", LONG);
     assert_eq!(fit.wait_for(Duration::from_secs(20)).and_then(|status| status.code()), Some(130));
     let text = browser.value("document.getElementById('phase').textContent");
     assert!(text.as_str().unwrap().contains("--resume"), "{text}");
     assert_eq!(json(&out.path().join("fit.json"))["converged"], false);
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
-
-/// Longer than a command of these tests runs.
-const LONG: Duration = Duration::from_secs(600);
 
 #[test]
 fn a_page_follows_a_diagnosis_to_its_verdict() {

@@ -98,7 +98,12 @@ fn a_page_follows_a_fit_to_its_written_numbers() {
     assert!(summary.as_str().unwrap().contains("converged after"), "{summary}");
     // All photos now, those held out too, and none of them broken.
     assert_eq!(browser.value("document.querySelectorAll('#photo-list article').length"), 8);
-    assert_eq!(browser.value("[...document.images].every((i) => i.complete && i.naturalWidth > 0 && i.alt)"), true);
+    assert_eq!(
+        browser.value(
+            "[...document.querySelectorAll('#photo-list img')].every((i) => i.complete && i.naturalWidth > 0 && i.alt)"
+        ),
+        true
+    );
     look(&mut browser, "fit");
     assert_eq!(browser.complaints(), Vec::<String>::new());
     assert_eq!(browser.hosts().len(), 1, "{:?}", browser.hosts());
@@ -157,7 +162,12 @@ fn a_page_follows_a_diagnosis_to_its_verdict() {
     for (shown, written) in shown.as_array().unwrap().iter().zip(written["final"]["parameters"].as_array().unwrap()) {
         assert_eq!((&shown[0], shown[1].as_str().unwrap().parse().ok()), (&written["name"], written["value"].as_f64()));
     }
-    assert_eq!(browser.value("[...document.images].every((i) => i.complete && i.naturalWidth > 0 && i.alt)"), true);
+    assert_eq!(
+        browser.value(
+            "[...document.querySelectorAll('#photo-list img')].every((i) => i.complete && i.naturalWidth > 0 && i.alt)"
+        ),
+        true
+    );
     look(&mut browser, "diagnosis");
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }

@@ -15,8 +15,13 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "error".into());
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let _logging = match gonio_operations::Log::Text.start("gonio", "error") {
+        Ok(logging) => logging,
+        Err(error) => {
+            eprintln!("{error}");
+            return ExitCode::from(2);
+        }
+    };
     let (result, json) = match Arguments::parse().command {
         Command::Render(arguments) => (commands::render::run(&arguments), arguments.farm.json),
         Command::Fit(arguments) => (commands::fit::run(&arguments), arguments.farm.json),

@@ -68,6 +68,7 @@ fn evaluation(number: u64, split: Split, photos: Vec<ReducedPhoto>, keeper: Opti
         columns: vec![],
         first_hits: false,
         class: Class::Batch,
+        trace_parent: String::new(),
     };
     let (active, outcome) = Active::new(Requester::default(), setup, split, vec![0], 1, reduction);
     let active = match keeper {

@@ -113,7 +113,19 @@ impl Coordinator {
     /// # Errors
     /// A request that breaks the protocol; a coordinator that stops.
     pub fn evaluate(&self, request: wire::EvaluationRequest) -> Result<ReceiverStream<wire::EvaluationEvent>, Status> {
-        evaluation::evaluate(self.clone(), request)
+        self.evaluate_for(request, &gonio_operations::trace_parent())
+    }
+
+    /// [`Self::evaluate`] for a caller elsewhere, whose span `caller` names as a W3C traceparent; it may be empty.
+    ///
+    /// # Errors
+    /// As [`Self::evaluate`].
+    pub fn evaluate_for(
+        &self,
+        request: wire::EvaluationRequest,
+        caller: &str,
+    ) -> Result<ReceiverStream<wire::EvaluationEvent>, Status> {
+        evaluation::evaluate(self.clone(), request, caller)
     }
 
     /// What runs.

@@ -17,7 +17,7 @@ async fn main() -> anyhow::Result<()> {
     if let Some(Command::Token(token)) = &arguments.command {
         return token.make();
     }
-    gonio_operations::start_log(arguments.operations.log);
+    let _logging = arguments.operations.log.start("gonio-coordinator", "info")?;
     let operations = std::sync::Arc::new(Operations::default());
     arguments.operations.serve(&operations)?;
     let blobs = Blobs::open(&arguments.store)?;

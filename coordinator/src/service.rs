@@ -144,7 +144,9 @@ impl Farm for Service {
         &self,
         request: Request<wire::EvaluationRequest>,
     ) -> Result<Response<Self::EvaluateStream>, Status> {
-        let events = self.coordinator.evaluate(request.into_inner())?;
+        let caller = request.metadata().get("traceparent").and_then(|caller| caller.to_str().ok());
+        let caller = caller.unwrap_or_default().to_owned();
+        let events = self.coordinator.evaluate_for(request.into_inner(), &caller)?;
         let broker = Arc::clone(&self.coordinator.broker);
         let counted = move |event: wire::EvaluationEvent| {
             broker.traffic.answers.add(event.encoded_len());

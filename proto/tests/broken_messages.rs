@@ -38,7 +38,15 @@ fn digest() -> Digest {
 
 fn setup() -> Setup {
     let EvaluationRequest { numbers, columns, .. } = request();
-    Setup { evaluation: 5, capture: digest(), numbers, columns, first_hits: false, class: Class::Batch }
+    Setup {
+        evaluation: 5,
+        capture: digest(),
+        numbers,
+        columns,
+        first_hits: false,
+        class: Class::Batch,
+        trace_parent: "00-1-2-01".to_owned(),
+    }
 }
 
 fn task() -> Task {
@@ -149,7 +157,9 @@ fn broken_tasks_and_hellos_are_refused() {
 #[test]
 fn a_scene_is_named_by_what_it_depends_on() {
     let key = setup().scene_key();
-    assert_eq!(Setup { evaluation: 6, first_hits: true, class: Class::Interactive, ..setup() }.scene_key(), key);
+    let trace_parent = String::new();
+    let another = Setup { evaluation: 6, first_hits: true, class: Class::Interactive, trace_parent, ..setup() };
+    assert_eq!(another.scene_key(), key);
     assert_ne!(Setup { numbers: vec![], ..setup() }.scene_key(), key);
     assert_ne!(Setup { columns: vec![], ..setup() }.scene_key(), key);
     assert_ne!(Setup { capture: Digest::of(b"another"), ..setup() }.scene_key(), key);

@@ -19,6 +19,7 @@ pub static PROGRAMS: LazyLock<PathBuf> = LazyLock::new(|| {
     let built = Command::new(env!("CARGO"))
         .args(["build", "--quiet", "--bin", "gonio", "--bin", "gonio-coordinator", "--bin", "gonio-worker"])
         .args(cfg!(feature = "s3").then_some("--features=gonio/s3,gonio-coordinator/s3,gonio-worker/s3"))
+        .args(cfg!(feature = "otel").then_some("--features=gonio/otel,gonio-coordinator/otel,gonio-worker/otel"))
         .args(release.then_some("--release"))
         .arg("--target-dir")
         .arg(folder.parent().unwrap())

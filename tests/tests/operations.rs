@@ -91,6 +91,20 @@ async fn probes_and_health_follow_owner_and_standby_from_start_to_end() {
     assert!(second.terminate().success());
 }
 
+#[tokio::test]
+async fn health_asks_for_no_token_where_everything_else_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let tokens = folder.path().join("tokens");
+    let tokens = tokens.to_str().unwrap();
+    let made = command("gonio-coordinator", &["token", "a", "--roles", "watch", "--tokens", tokens]).status();
+    assert!(made.unwrap().success());
+    let cluster = Cluster::start_with_more(&["--tokens", tokens], 0);
+    assert_eq!(health(&cluster.url, FARM).await, Some(ServingStatus::Serving));
+    let url = cluster.url.clone();
+    let refused = tokio::task::spawn_blocking(move || Farm::connect(&url).err().unwrap().to_string());
+    assert!(refused.await.unwrap().contains("--token"));
+}
+
 #[test]
 fn a_worker_is_ready_while_a_coordinator_has_it_and_alive_without() {
     let (listen, operations) = (free_address(), free_address());

@@ -65,12 +65,17 @@ impl Batch {
                 _ if claim.is_cancelled() => drop(sender.send(Said::Ended(id, Vec::new()))),
                 Ok(scene) => {
                     let (scene, meter) = (Arc::clone(scene), Arc::clone(&worker.meter));
+                    let setup = Arc::clone(&self.setup);
                     worker.queue.push(self.setup.class, move || {
                         if claim.is_cancelled() || !claim.take() {
                             let _ = sender.send(Said::Ended(id, Vec::new()));
                             return;
                         }
                         let _ = sender.send(Said::Started(id));
+                        let span =
+                            tracing::info_span!("task", task = id.task, attempt = id.attempt, photo = task.photo);
+                        gonio_operations::follow(&span, &setup.trace_parent);
+                        let _entered = span.enter();
                         let end = attempt::render(&*scene, &task, first_hits, &claim, &meter);
                         let _ = sender.send(Said::Ended(id, end));
                     });

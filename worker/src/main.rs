@@ -38,7 +38,7 @@ struct Arguments {
 #[tokio::main(flavor = "multi_thread", worker_threads = 2)]
 async fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
-    gonio_operations::start_log(arguments.operations.log);
+    let _logging = arguments.operations.log.start("gonio-worker", "info")?;
     let name = arguments.name.unwrap_or_else(|| format!("worker-{}", std::process::id()));
     let mut worker = Worker::new(&name, arguments.threads, Arc::new(PathTracer))?;
     worker = worker.with_grace(std::time::Duration::from_secs_f64(arguments.grace));

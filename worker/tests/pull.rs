@@ -185,7 +185,15 @@ impl Script {
 
     async fn sets_up_for(&self, class: Class, evaluation: u64, numbers: &[(&str, f64)], first_hits: bool) {
         let numbers = numbers.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-        let setup = Setup { evaluation, capture: self.capture, numbers, columns: vec![], first_hits, class };
+        let setup = Setup {
+            evaluation,
+            capture: self.capture,
+            numbers,
+            columns: vec![],
+            first_hits,
+            class,
+            trace_parent: String::new(),
+        };
         self.says(to_worker::Message::Setup((&setup).into())).await;
     }
 

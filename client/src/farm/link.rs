@@ -15,6 +15,7 @@ use std::time::Duration;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use tonic::Status;
+use tonic::metadata::MetadataValue;
 
 /// What an evaluation streams back.
 pub(super) type Events = BoxStream<'static, Result<wire::EvaluationEvent, Status>>;
@@ -53,7 +54,15 @@ impl Link {
     pub async fn evaluate(&self, request: wire::EvaluationRequest) -> Result<Events, Status> {
         match self {
             Self::Embedded(coordinator) => Ok(coordinator.evaluate(request)?.map(Ok).boxed()),
-            Self::Remote(client) => Ok(client.clone().evaluate(request).await?.into_inner().boxed()),
+            Self::Remote(client) => {
+                let mut request = tonic::Request::new(request);
+                if let Ok(caller) = gonio_operations::trace_parent().parse::<MetadataValue<_>>()
+                    && !caller.is_empty()
+                {
+                    request.metadata_mut().insert("traceparent", caller);
+                }
+                Ok(client.clone().evaluate(request).await?.into_inner().boxed())
+            }
         }
     }
 }

@@ -62,6 +62,7 @@ impl Evaluate for OpenCapture {
         self.farm.requester.sign(&mut message);
         // What the coordinator would refuse is refused here: both check by the same code.
         request_from_wire(message.clone()).map_err(|error| EvaluateError::Refused(error.to_string()))?;
+        let _span = tracing::info_span!("evaluate", photos = request.photos.len(), samples = request.samples).entered();
         let link = &self.farm.shared.link;
         if !link.is_remote() {
             return self.farm.block_on(async {

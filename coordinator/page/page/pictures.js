@@ -46,7 +46,8 @@ export function showPictures(pictures) {
   const list = Object.entries(pictures);
   rows(at("photo-list"), list, make, (card, photo, id) => {
     say(card.children[0], `Photo ${photo.name}${photo.held_out ? ", held out" : ""}`);
-    const when = photo.iteration ? ` after iteration ${photo.iteration}` : " at the end";
+    const live = photo.iteration > 0 ? ` after iteration ${photo.iteration}` : " at the start";
+    const when = photo.iteration === undefined ? " at the end" : live;
     say(card.children[1], `Chi-square per observation ${significant(photo.chi_square, 4)}, RMSE ${significant(photo.rmse, 3)}${when}`);
     const images = card.querySelectorAll("img");
     KINDS.forEach(([kind, , what], i) => {

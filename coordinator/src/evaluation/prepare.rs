@@ -62,6 +62,7 @@ pub async fn prepare(
     let reads: Vec<_> = request.photos.iter().map(read).collect();
     let photographs: Vec<_> = futures::stream::iter(reads).buffered(PHOTOGRAPHS_AT_ONCE).try_collect().await?;
     let compares = request.output.compares();
+    let trace_parent = gonio_operations::trace_parent();
     let cpu = move || {
         let mut photos = Vec::with_capacity(photographs.len());
         for (index, photograph) in request.photos.iter().zip(photographs) {
@@ -82,7 +83,8 @@ pub async fn prepare(
         // First hits depend on no derivative: without columns, workers find the scene that they prepared before.
         let columns = if first_hits { Vec::new() } else { request.columns };
         let class = requester.class;
-        let setup = Setup { evaluation, capture: digest, numbers: request.numbers, columns, first_hits, class };
+        let numbers = request.numbers;
+        let setup = Setup { evaluation, capture: digest, numbers, columns, first_hits, class, trace_parent };
         let (active, outcome) = Active::new(requester, setup, split, request.photos, request.seed, reduction);
         let active = match keeper {
             Some((journal, key)) => active.kept(journal, key),

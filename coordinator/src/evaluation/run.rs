@@ -17,6 +17,7 @@ use std::sync::Arc;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use tonic::Status;
+use tracing::Instrument;
 
 /// Events that wait for a slow client; more wait at their source.
 const EVENTS: usize = 8;
@@ -47,13 +48,14 @@ impl Checked {
     }
 }
 
-/// Runs an evaluation, or listens to the one that has its key.
+/// Runs an evaluation, or listens to the one that has its key. `caller` is the span that asks, as a W3C traceparent, or empty.
 ///
 /// # Errors
 /// A request that breaks the protocol, or has the key of another; a coordinator that takes none any more.
 pub fn evaluate(
     coordinator: Coordinator,
     message: wire::EvaluationRequest,
+    caller: &str,
 ) -> Result<ReceiverStream<wire::EvaluationEvent>, Status> {
     let checked = Checked::new(message)?;
     if coordinator.jobs.is_full_for(checked.key) {
@@ -72,7 +74,9 @@ pub fn evaluate(
     // Before it begins: nobody must take it for abandoned.
     let listener = job.listen();
     if new {
-        tokio::spawn(accept(coordinator.clone(), Arc::clone(&job), checked, turn));
+        let span = tracing::info_span!("evaluation", evaluation = job.evaluation, client = checked.requester.client);
+        gonio_operations::follow(&span, caller);
+        tokio::spawn(accept(coordinator.clone(), Arc::clone(&job), checked, turn).instrument(span));
     }
     tokio::spawn(async move { tell(&coordinator, &job, listener, &events).await });
     Ok(ReceiverStream::new(receiver))

@@ -16,17 +16,21 @@ mod arguments;
 mod distribution;
 mod families;
 mod log;
+#[cfg(feature = "otel")]
+mod otel;
 mod probe;
 mod pulse;
 mod server;
+mod trace;
 
 pub use arguments::OperationsArguments;
 pub use distribution::Distribution;
 pub use families::Families;
-pub use log::{Log, start_log};
+pub use log::{Log, Logging};
 pub use probe::{Probe, Verdict};
 pub use pulse::Pulse;
 pub use server::serve;
+pub use trace::{follow, trace_parent};
 
 /// The commit that was built, or "unknown" where neither its clone nor `GONIO_COMMIT` told.
 pub const COMMIT: &str = env!("GONIO_COMMIT");

@@ -92,6 +92,8 @@ pub struct Setup {
     pub first_hits: bool,
     /// How urgent it is.
     pub class: Class,
+    /// The span of which tasks' spans are children, as a W3C traceparent; empty where nothing is traced.
+    pub trace_parent: String,
 }
 
 impl From<&Setup> for wire::Setup {
@@ -103,6 +105,7 @@ impl From<&Setup> for wire::Setup {
             columns: columns_to_wire(&setup.columns),
             first_hits: setup.first_hits,
             class: setup.class.to_wire(),
+            trace_parent: setup.trace_parent.clone(),
         }
     }
 }
@@ -118,6 +121,7 @@ impl TryFrom<wire::Setup> for Setup {
             columns: columns_from_wire("Setup.columns", setup.columns)?,
             first_hits: setup.first_hits,
             class: Class::from_wire("Setup.class", setup.class)?,
+            trace_parent: text(&setup.trace_parent),
         })
     }
 }
@@ -126,7 +130,8 @@ impl Setup {
     /// Names what a prepared scene depends on: equal keys, equal scenes.
     #[must_use]
     pub fn scene_key(&self) -> Digest {
-        let scene = wire::Setup { evaluation: 0, first_hits: false, class: 0, ..self.into() };
+        let scene =
+            wire::Setup { evaluation: 0, first_hits: false, class: 0, trace_parent: String::new(), ..self.into() };
         Digest::of(&scene.encode_to_vec())
     }
 }

@@ -89,22 +89,23 @@ fn who_may_watch_sees_and_who_may_submit_cancels() {
     browser.wait("!document.getElementById('farm').hidden");
     let capture = captures().join("none-201");
     let (out, token_file) = (top.path().join("out"), top.path().join("submit"));
-    let mut fit = Process::start(
+    // One evaluation that would take minutes: it is there whenever the page is clicked.
+    let mut render = Process::start(
         "gonio",
         &[
-            "fit",
+            "render",
             capture.to_str().unwrap(),
             "--out",
             out.to_str().unwrap(),
-            "--solver",
-            "particle-swarm",
+            "--samples",
+            "50000",
             "--farm",
             &cluster.url,
             "--token",
             token_file.to_str().unwrap(),
         ],
     );
-    browser.wait("document.querySelector('#job-rows th')?.textContent.startsWith('fit-')");
+    browser.wait("document.querySelector('#job-rows th')?.textContent.startsWith('render-')");
     assert_eq!(browser.value("document.querySelector('#job-rows button').hidden"), true);
     // Nor can it be done past the page.
     let ask = format!(
@@ -118,14 +119,13 @@ fn who_may_watch_sees_and_who_may_submit_cancels() {
     browser.wait("document.querySelector('#job-rows button:not([hidden])') !== null");
     browser.value("document.querySelector('#job-rows button[data-act=retry]').click()");
     browser.wait("document.getElementById('news').textContent.includes('handed out anew')");
-    // An evaluation of the swarm takes a moment: the row may go between two clicks, and another come.
     let begin = Instant::now();
     let status = loop {
         browser.value(
             "document.querySelector('#job-rows button[data-act=cancel]')?.click();\
              document.getElementById('sure').open && document.querySelector('#sure button[value=cancel]').click()",
         );
-        if let Some(status) = fit.wait_for(Duration::from_secs(1)) {
+        if let Some(status) = render.wait_for(Duration::from_secs(1)) {
             break status;
         }
         assert!(begin.elapsed() < Duration::from_secs(60), "{}", browser.value("document.body.innerText"));

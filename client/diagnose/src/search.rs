@@ -28,10 +28,8 @@ const MOVES: u32 = 30;
 const REACH: f64 = 2.0;
 /// Parts of a Gauss-Newton move that are tried.
 const PARTS: [f64; 3] = [1.0, 0.5, 0.2];
-/// A move that gains less deviance per observation leads nowhere...
+/// A move that gains less deviance per observation leads nowhere.
 const WORTHWHILE: f64 = 1e-3;
-/// ...nor one that gains less than this part of what the search has gained so far: finer steps, and the fit, gain it sooner.
-const PART: f64 = 0.01;
 
 /// Moves the searched numbers to where the deviance, with the candidate's own colours fitted along inside their bounds, is
 /// least, in reduced photos: a pixel wide as an edge is far sees it, and costs less. Gauss-Newton moves all at once, with
@@ -59,7 +57,6 @@ pub fn search(
         let mut farm = workshop.open(&small, &files)?;
         let mut search = Search::new(&small, variant, seed, farm.as_mut())?;
         let mut best = search.look(search.start(), None, observer)?;
-        search.first = best.deviance;
         for halving in halvings.filter(|h| *h >= round) {
             let text = format!("searching its place in steps of 1/{}, deviance {:.3}", 1_u32 << halving, best.deviance);
             tell(observer, &DiagnoseEvent::Stage { text })?;
@@ -93,8 +90,6 @@ struct Search<'a> {
     moves: &'a [Vec<(String, f64)>],
     photos: Vec<usize>,
     seed: u64,
-    /// The largest deviance that was a start.
-    first: f64,
 }
 
 impl<'a> Search<'a> {
@@ -117,7 +112,7 @@ impl<'a> Search<'a> {
         let mut known = capture.numbers();
         known.retain(|name, _| searched.contains(name.as_str()));
         let photos = (0..capture.targets().count()).collect();
-        Ok(Self { farm, colours, known, moves: &variant.search, photos, seed, first: f64::NEG_INFINITY })
+        Ok(Self { farm, colours, known, moves: &variant.search, photos, seed })
     }
 
     fn start(&self) -> Vec<(String, f64)> {
@@ -209,11 +204,6 @@ impl<'a> Search<'a> {
         Ok(best)
     }
 
-    /// What a move from a place must gain.
-    fn worthwhile(&self, from: &Look) -> f64 {
-        WORTHWHILE.max(PART * (self.first - from.deviance))
-    }
-
     /// Where Gauss-Newton leads from a place, or a part of the way; nowhere where none of these is worth while.
     fn newton(&mut self, from: &Look, scale: f64, observer: &mut Observer<'_>) -> Result<Option<Look>, DiagnoseError> {
         let here = self.look(from.place.clone(), Some(scale), observer)?;
@@ -223,7 +213,7 @@ impl<'a> Search<'a> {
         for part in PARTS {
             let by: Vec<f64> = here.moves.iter().map(|x| x * most * part).collect();
             let there = self.look(self.moved(&from.place, &by), None, observer)?;
-            if from.deviance - there.deviance > self.worthwhile(from) {
+            if from.deviance - there.deviance > WORTHWHILE {
                 return Ok(Some(there));
             }
         }
@@ -238,13 +228,12 @@ impl<'a> Search<'a> {
         observer: &mut Observer<'_>,
     ) -> Result<Option<Look>, DiagnoseError> {
         let mut best: Option<Look> = None;
-        let least = self.worthwhile(from);
         for i in 0..self.moves.len() {
             for by in [scale, -scale] {
                 let mut moves = vec![0.0; self.moves.len()];
                 moves[i] = by;
                 let there = self.look(self.moved(&from.place, &moves), None, observer)?;
-                if there.deviance < best.as_ref().map_or(from.deviance - least, |b| b.deviance) {
+                if there.deviance < best.as_ref().map_or(from.deviance - WORTHWHILE, |b| b.deviance) {
                     best = Some(there);
                 }
             }

@@ -106,7 +106,8 @@ fn write_all(folder: &Path, evaluation: &Evaluation) -> Result<(), Failure> {
     Ok(())
 }
 
-fn create(folder: &Path) -> Result<(), Failure> {
+/// Makes the folder of --out where it is missing.
+pub(super) fn create(folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|error| {
         let problem = format!("cannot be created: {error}");
         SceneError::new(folder.display().to_string(), problem, "name a folder that can be written to by --out").into()
@@ -123,17 +124,29 @@ fn draw(
     create(folder)?;
     let images: BTreeSet<(u32, u32)> = targets.iter().map(|target| (target.scene, target.image)).collect();
     for (scene, image) in images {
-        let Some(frame) = dataset.frame(scene, image) else { continue };
-        let posed = |object: u32, pose| models.get(&object).map(|model| (model, pose));
-        let truths: Vec<_> = frame.truths.iter().filter_map(|truth| posed(truth.object, truth.pose)).collect();
-        let here = estimates.iter().filter(|e| (e.scene, e.image) == (scene, image));
-        let found: Vec<_> = here.filter_map(|e| posed(e.object, e.pose)).collect();
-        let colours = dataset.colour(scene, image)?;
-        let pixels = evaluate::overlay(&colours, &frame.camera, &truths, &found);
+        let (width, height, pixels) = outlined(dataset, models, estimates, (scene, image))?;
         let path = folder.join(format!("{scene:06}-{image:06}.png"));
-        write_png8(&path, colours.width, colours.height, &pixels)?;
+        write_png8(&path, width, height, &pixels)?;
     }
     Ok(())
+}
+
+/// Width, height and pixels of an image with the outlines of its true and its estimated poses.
+pub(super) fn outlined(
+    dataset: &Dataset,
+    models: &Models,
+    estimates: &[Estimate],
+    (scene, image): (u32, u32),
+) -> Result<(u32, u32, Vec<[u8; 3]>), Failure> {
+    let colours = dataset.colour(scene, image)?;
+    let posed = |object: u32, pose| models.get(&object).map(|model| (model, pose));
+    let here = estimates.iter().filter(|e| (e.scene, e.image) == (scene, image));
+    let found: Vec<_> = here.filter_map(|e| posed(e.object, e.pose)).collect();
+    let pixels = dataset.frame(scene, image).map(|frame| {
+        let truths: Vec<_> = frame.truths.iter().filter_map(|truth| posed(truth.object, truth.pose)).collect();
+        evaluate::overlay(&colours, &frame.camera, &truths, &found)
+    });
+    Ok((colours.width, colours.height, pixels.unwrap_or_default()))
 }
 
 fn text_of(evaluation: &Evaluation) -> String {

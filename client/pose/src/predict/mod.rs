@@ -155,7 +155,6 @@ pub fn predict(
     let inside_share = curve.iter().filter(|point| point.holds(point.synthetic)).count() as f64 / curve.len() as f64;
     let average = |rows: &[&Row], weights: &[u32]| series::average(&series::weighted(rows, weights));
     let gap_of = |weights: &[u32]| average(&synthetics, weights) - average(&reals, weights);
-    let ones = vec![1; reals.len()];
     let mut gaps = bootstrap.map(gap_of);
     let equivalent = quantile(&mut gaps, 0.05) > -options.margin && quantile(&mut gaps, 0.95) < options.margin;
     let mut contrasts: Vec<Contrast> = contrasts
@@ -168,7 +167,7 @@ pub fn predict(
         unpaired,
         real: bootstrap.interval(|weights| average(&reals, weights)),
         synthetic: bootstrap.interval(|weights| average(&synthetics, weights)),
-        gap: Interval { value: gap_of(&ones), ..bootstrap.interval(gap_of) },
+        gap: bootstrap.interval(gap_of),
         margin: options.margin,
         equivalent,
         inside: difference.iter().all(|d| d.abs() <= half_width + 1e-9),

@@ -79,10 +79,7 @@ pub fn run(arguments: &PredictArguments) -> Result<(), Failure> {
     if !(arguments.margin > 0.0 && arguments.margin < 1.0) {
         return Err(Failure::Input("--margin: write a recall between 0 and 1, such as 0.05".to_owned()));
     }
-    std::fs::create_dir_all(&arguments.out).map_err(|error| {
-        let problem = format!("cannot be created: {error}");
-        SceneError::new(arguments.out.display().to_string(), problem, "name a folder that can be written to by --out")
-    })?;
+    super::evaluate::create(&arguments.out)?;
     let runner = Runner {
         arguments,
         interrupt: Interrupt::listen("stopping; --resume goes on")?,

@@ -1,9 +1,9 @@
 //! Images for the report: where the two sets differ most, and where an estimator typically does as well as it does.
 
 use super::Estimated;
+use crate::commands::evaluate;
 use crate::failure::Failure;
 use gonio::report::PairPicture;
-use gonio_pose::evaluate::overlay;
 use gonio_scene::image::encode_png8;
 use std::collections::BTreeMap;
 
@@ -41,12 +41,6 @@ pub(super) fn chosen(real: &Estimated, synthetic: &Estimated) -> Result<Vec<Pair
 
 /// An image with its outlines, as PNG.
 fn outlined(set: &Estimated, scene: u32, image: u32) -> Result<Vec<u8>, Failure> {
-    let colours = set.dataset.colour(scene, image)?;
-    let Some(frame) = set.dataset.frame(scene, image) else { return Ok(Vec::new()) };
-    let posed = |object: u32, pose| set.models.get(&object).map(|model| (model, pose));
-    let truths: Vec<_> = frame.truths.iter().filter_map(|truth| posed(truth.object, truth.pose)).collect();
-    let here = set.estimates.iter().filter(|e| (e.scene, e.image) == (scene, image));
-    let found: Vec<_> = here.filter_map(|e| posed(e.object, e.pose)).collect();
-    let pixels = overlay(&colours, &frame.camera, &truths, &found);
-    Ok(encode_png8(&format!("{scene:06}-{image:06}.png"), colours.width, colours.height, &pixels)?)
+    let (width, height, pixels) = evaluate::outlined(&set.dataset, &set.models, &set.estimates, (scene, image))?;
+    Ok(encode_png8(&format!("{scene:06}-{image:06}.png"), width, height, &pixels)?)
 }

@@ -7,7 +7,7 @@ use crate::model::{Model, Part};
 use crate::overlay::AddedFile;
 use crate::probe::Candidate;
 use crate::score::Score;
-use crate::search::search;
+use crate::search::{Aim, search};
 use crate::workshop::{Observer, Workshop};
 use gonio_fit::Options;
 use gonio_scene::Capture;
@@ -16,7 +16,11 @@ use gonio_scene::Capture;
 const ROUNDS: u32 = 3;
 /// A round that leaves more than this part of chi-square was the last.
 const WORTHWHILE: f64 = 0.9;
-/// Fits `model` extended by a candidate; none where no place that was searched explains more than the model does.
+/// A search makes moves that gain more than this part of what matters.
+const PART: f64 = 0.01;
+
+/// Fits `model` extended by a candidate; none where no place that was searched explains more than the model does. `least` is
+/// the gain per observation that matters.
 ///
 /// # Errors
 /// A patch that the format refuses, a fit that fails, a cancellation.
@@ -24,6 +28,7 @@ pub fn refit(
     model: &Model,
     candidate: &Candidate,
     score: &Score,
+    least: f64,
     options: &Options,
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,
@@ -49,7 +54,8 @@ pub fn refit(
     let before = chi_square(model);
     let mut found: Option<Model> = None;
     for round in 0..ROUNDS {
-        search(&mut capture, variant, round, &files, options.seed, workshop, observer)?;
+        let aim = Aim { round, worthwhile: PART * least, seed: options.seed };
+        search(&mut capture, variant, aim, &files, workshop, observer)?;
         let fitted = Model::fit(&capture, files.clone(), parts.clone(), options, workshop, observer)?;
         capture = fitted.capture.clone();
         let last = found.as_ref().map_or(before, chi_square);

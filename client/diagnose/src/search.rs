@@ -17,47 +17,61 @@ use std::ops::RangeInclusive;
 
 /// Samples per pixel of an evaluation.
 const SAMPLES: u32 = 16;
-/// Halvings of the first step that photos are searched with: the coarser, reduced to about [`COARSE`] rows or columns, then
-/// the finer, of twice as many.
-const HALVINGS: [RangeInclusive<u32>; 2] = [0..=4, 3..=6];
-/// See [`HALVINGS`].
+/// The same of its finite differences, which only say where to look next.
+const DIFFERENCES: u32 = 4;
+/// Rows or columns, about, of the coarser photos that are searched; the finer have twice as many.
 const COARSE: u32 = 30;
+/// Halvings of the first step that the coarser photos are searched with.
+const COARSE_HALVINGS: RangeInclusive<u32> = 0..=4;
+/// The same of the finer.
+const FINE_HALVINGS: RangeInclusive<u32> = 3..=6;
 /// Moves with one step, at most.
 const MOVES: u32 = 30;
 /// Steps that one move may go.
 const REACH: f64 = 2.0;
-/// Parts of a Gauss-Newton move that are tried.
-const PARTS: [f64; 3] = [1.0, 0.5, 0.2];
-/// A move that gains less deviance per observation leads nowhere.
-const WORTHWHILE: f64 = 1e-3;
+/// Dampings of a move that are tried, as parts of the curvature (Marquardt 1963): from Gauss-Newton's own to a short one along
+/// the slope.
+const DAMPINGS: [f64; 4] = [0.0, 0.1, 1.0, 10.0];
+/// A move that gains less deviance per observation leads nowhere, whatever is aimed at.
+const LEAST: f64 = 1e-3;
+
+/// What a search is to do.
+#[derive(Debug, Clone, Copy)]
+pub struct Aim {
+    /// The first step is the variant's over 2^`round`.
+    pub round: u32,
+    /// A move that gains less deviance per observation leads nowhere.
+    pub worthwhile: f64,
+    /// Seed of the renders.
+    pub seed: u64,
+}
 
 /// Moves the searched numbers to where the deviance, with the candidate's own colours fitted along inside their bounds, is
-/// least, in reduced photos: a pixel wide as an edge is far sees it, and costs less. Gauss-Newton moves all at once, with
-/// differences over a step that begins as wide as the place is uncertain and is halved: what lies between two edges a step
-/// apart is slope to it. Where that leads nowhere, a pattern search (Hooke and Jeeves 1961) tries the neighbours. What else
-/// the model has stays where it is: a lamp that no wall has yet hidden would be dimmed without end to make up for one that
-/// stands in the way. Chi-square alone would favour places that make the render noisy. The first step is the variant's over
-/// 2^`round`.
+/// least, in reduced photos: a pixel wide as an edge is far sees it, and costs less. Damped Gauss-Newton (Levenberg 1944,
+/// Marquardt 1963) moves all at once, with differences over a step that begins as wide as the place is uncertain and is
+/// halved: what lies between two edges a step apart is slope to it. (A pattern search along one move at a time beside it found
+/// nearer minima that it did not leave again.) What else the model has stays where it is: a lamp that no wall has yet hidden
+/// would be dimmed without end to make up for one that stands in the way. Chi-square alone would favour places that make the
+/// render noisy.
 ///
 /// # Errors
 /// A patch that the format refuses, an evaluation that fails, a cancellation.
 pub fn search(
     capture: &mut Capture,
     variant: &Variant,
-    round: u32,
+    aim: Aim,
     files: &[AddedFile],
-    seed: u64,
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,
 ) -> Result<(), DiagnoseError> {
     let sides = capture.photos.iter().map(|p| capture.camera_of(p)).map(|c| c.width.min(c.height));
     let smallest = sides.min().unwrap_or(COARSE);
-    for (rows, halvings) in [COARSE, 2 * COARSE].into_iter().zip(HALVINGS) {
+    for (rows, halvings) in [(COARSE, COARSE_HALVINGS), (2 * COARSE, FINE_HALVINGS)] {
         let (small, files) = reduced(capture, files, (smallest / rows).max(1), workshop.files())?;
         let mut farm = workshop.open(&small, &files)?;
-        let mut search = Search::new(&small, variant, seed, farm.as_mut())?;
+        let mut search = Search::new(&small, variant, aim, farm.as_mut())?;
         let mut best = search.look(search.start(), None, observer)?;
-        for halving in halvings.filter(|h| *h >= round) {
+        for halving in halvings.filter(|h| *h >= aim.round) {
             let text = format!("searching its place in steps of 1/{}, deviance {:.3}", 1_u32 << halving, best.deviance);
             tell(observer, &DiagnoseEvent::Stage { text })?;
             best = search.with_step(best, 0.5_f64.powi(halving as i32), observer)?;
@@ -76,8 +90,8 @@ struct Look {
     deviance: f64,
     /// What the candidate's colours are there.
     colours: Vec<(String, f64)>,
-    /// How many first steps each move should go by the differences that were asked for; none where none were.
-    moves: Vec<f64>,
+    /// Per damping, how many first steps each move should go by the differences that were asked for; none where none were.
+    moves: Vec<Vec<f64>>,
 }
 
 struct Search<'a> {
@@ -89,14 +103,14 @@ struct Search<'a> {
     /// First steps.
     moves: &'a [Vec<(String, f64)>],
     photos: Vec<usize>,
-    seed: u64,
+    aim: Aim,
 }
 
 impl<'a> Search<'a> {
     fn new(
         capture: &Capture,
         variant: &'a Variant,
-        seed: u64,
+        aim: Aim,
         farm: &'a mut dyn Evaluate,
     ) -> Result<Self, DiagnoseError> {
         let searched = variant.searched();
@@ -112,7 +126,7 @@ impl<'a> Search<'a> {
         let mut known = capture.numbers();
         known.retain(|name, _| searched.contains(name.as_str()));
         let photos = (0..capture.targets().count()).collect();
-        Ok(Self { farm, colours, known, moves: &variant.search, photos, seed })
+        Ok(Self { farm, colours, known, moves: &variant.search, photos, aim })
     }
 
     fn start(&self) -> Vec<(String, f64)> {
@@ -162,8 +176,8 @@ impl<'a> Search<'a> {
             columns: columns.clone(),
             photos: self.photos.clone(),
             samples: SAMPLES,
-            difference_samples: SAMPLES,
-            seed: self.seed,
+            difference_samples: DIFFERENCES,
+            seed: self.aim.seed,
             output: Output::Statistics,
         };
         let found = evaluate(self.farm, &request, observer)?;
@@ -183,8 +197,13 @@ impl<'a> Search<'a> {
             look.deviance += head.change(&step) / observations;
             look.colours =
                 columns.iter().zip(&step).flat_map(|(c, x)| c.numbers(c.value + x).collect::<Vec<_>>()).collect();
-            let firsts = self.moves.iter().filter_map(|m| m.first()).map(|(_, first)| first);
-            look.moves = q.solve().iter().skip(n).zip(firsts).map(|(x, first)| x / first).collect();
+            let firsts: Vec<f64> = self.moves.iter().filter_map(|m| m.first()).map(|(_, first)| *first).collect();
+            let damped = |damping: f64| {
+                let mut q = q.clone();
+                (n..columns.len()).for_each(|i| q.matrix[(i, i)] *= 1.0 + damping);
+                q.solve().iter().skip(n).zip(&firsts).map(|(x, first)| x / first).collect()
+            };
+            look.moves = scale.iter().flat_map(|_| DAMPINGS).map(damped).collect();
         }
         Ok(look)
     }
@@ -192,11 +211,7 @@ impl<'a> Search<'a> {
     /// Moves with one step until that leads nowhere.
     fn with_step(&mut self, mut best: Look, scale: f64, observer: &mut Observer<'_>) -> Result<Look, DiagnoseError> {
         for _ in 0..MOVES {
-            let mut next = self.newton(&best, scale, observer)?;
-            if next.is_none() {
-                next = self.neighbour(&best, scale, observer)?;
-            }
-            match next {
+            match self.newton(&best, scale, observer)? {
                 Some(there) => best = there,
                 None => break,
             }
@@ -204,40 +219,18 @@ impl<'a> Search<'a> {
         Ok(best)
     }
 
-    /// Where Gauss-Newton leads from a place, or a part of the way; nowhere where none of these is worth while.
+    /// Where Gauss-Newton leads from a place, or a more damped move; nowhere where none of these is worth while.
     fn newton(&mut self, from: &Look, scale: f64, observer: &mut Observer<'_>) -> Result<Option<Look>, DiagnoseError> {
         let here = self.look(from.place.clone(), Some(scale), observer)?;
-        // One factor for all: the direction is what the quadratic knows best.
-        let longest = here.moves.iter().fold(0.0_f64, |m, x| m.max(x.abs())).max(f64::MIN_POSITIVE);
-        let most = (REACH * scale / longest).min(1.0);
-        for part in PARTS {
-            let by: Vec<f64> = here.moves.iter().map(|x| x * most * part).collect();
+        for moves in &here.moves {
+            // One factor for all: the direction is what the quadratic knows best.
+            let longest = moves.iter().fold(0.0_f64, |m, x| m.max(x.abs())).max(f64::MIN_POSITIVE);
+            let by: Vec<f64> = moves.iter().map(|x| x * (REACH * scale / longest).min(1.0)).collect();
             let there = self.look(self.moved(&from.place, &by), None, observer)?;
-            if from.deviance - there.deviance > WORTHWHILE {
+            if from.deviance - there.deviance > self.aim.worthwhile.max(LEAST) {
                 return Ok(Some(there));
             }
         }
         Ok(None)
-    }
-
-    /// The best neighbour that is worth while: the first that is better leads astray where many are.
-    fn neighbour(
-        &mut self,
-        from: &Look,
-        scale: f64,
-        observer: &mut Observer<'_>,
-    ) -> Result<Option<Look>, DiagnoseError> {
-        let mut best: Option<Look> = None;
-        for i in 0..self.moves.len() {
-            for by in [scale, -scale] {
-                let mut moves = vec![0.0; self.moves.len()];
-                moves[i] = by;
-                let there = self.look(self.moved(&from.place, &moves), None, observer)?;
-                if there.deviance < best.as_ref().map_or(from.deviance - WORTHWHILE, |b| b.deviance) {
-                    best = Some(there);
-                }
-            }
-        }
-        Ok(best)
     }
 }

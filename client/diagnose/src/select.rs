@@ -18,8 +18,10 @@ use std::collections::BTreeSet;
 /// Decrease of deviance per observation below which no gain matters, whatever its significance: on captures of another
 /// renderer without any effect the best candidate gains 0.0003.
 pub const FLOOR: f64 = 0.002;
-/// An effect that promises less than this part of [`FLOOR`] beside another is not looked at again.
+/// An effect that promises less than this part of what matters, beside another, is not looked at again.
 const WORTH: f64 = 0.25;
+/// Chi-square per observation that noise alone has at least: a sensor may be less noisy than the capture says, here by a tenth.
+const NOISE: f64 = 0.8;
 /// A gain must exceed so many of its standard errors between photos: one photo alone that gains is one of them, two of six
 /// alike are 1.58. Chance has no part in it, [`FLOOR`] sees to that; a mishap of one photo has.
 pub const ERRORS: f64 = 1.45;
@@ -92,12 +94,12 @@ pub fn select(
     let mut left = effects;
     while additions.len() < options.most_effects && !left.is_empty() {
         tell(observer, &DiagnoseEvent::Stage { text: format!("scoring {} effects", left.len()) })?;
-        let ranking = rank(&model, &left, options, workshop, observer)?;
+        let ranking = rank(&model, &left, least, options, workshop, observer)?;
         tell(observer, &ranking.event(&model))?;
         if trials.is_empty() {
             trials = left.iter().map(|e| trial(e, &ranking)).collect();
         }
-        let short = ranking.shortlist(least, chance, options.shortlist);
+        let short = ranking.shortlist(chance, options.shortlist);
         let mut fitted = fit_shortlist(&model, &ranking, &short, options, workshop, &mut trials, observer)?;
         fitted.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let beside = Beside::of(&model, options);
@@ -114,7 +116,7 @@ pub fn select(
             refuse(&mut trials, effect.name, &why);
         }
         let Some(best) = best else { break };
-        left = ranking.left_beside(best.score, best.model.dispersion());
+        left = ranking.left_beside(&best);
         let rivals = fitted.iter().filter(|other| other.rivals(&best)).map(|other| other.effect);
         let names = std::iter::once(best.effect).chain(rivals).take(2).collect();
         tell(observer, &DiagnoseEvent::Extended { effect: best.effect.name.to_owned() })?;
@@ -199,7 +201,7 @@ fn fit_shortlist<'r>(
             continue;
         }
         tell(observer, &DiagnoseEvent::Stage { text: format!("fitting {} {}", effect.name, variant.label) })?;
-        let there = match refit(model, candidate, score, &options.refit(), workshop, observer) {
+        let there = match refit(model, candidate, score, ranking.least, &options.refit(), workshop, observer) {
             Ok(Some(there)) => there,
             Ok(None) => {
                 refuse(trials, effect.name, "stands at no place that explains more");
@@ -242,6 +244,8 @@ struct Ranking {
     /// The model's own deviances of photos left out, of the same samples as the extensions that are compared with it.
     here: Vec<f64>,
     photos: Vec<PhotoStatistics>,
+    /// Gain per observation that matters.
+    least: f64,
 }
 
 impl Ranking {
@@ -249,12 +253,15 @@ impl Ranking {
         &self.probe.candidates[score.candidate]
     }
 
-    /// The effects that promise something beside one that explains its part, judged from the same derivatives: only these need
-    /// another pass.
-    fn left_beside(&self, found: &Score, dispersion: f64) -> Vec<&'static Effect> {
-        let found = self.candidate(found);
+    /// The effects that may yet matter beside one that explains its part, judged from the same derivatives: only these need
+    /// another pass. None does where all that is left is too little.
+    fn left_beside(&self, found: &Fitted<'_>) -> Vec<&'static Effect> {
+        if found.model.reduced_chi_square() - NOISE < self.least {
+            return Vec::new();
+        }
+        let (found, dispersion) = (self.candidate(found.score), found.model.dispersion());
         let beside = scores(&self.probe, &self.photos, dispersion, Some(found));
-        let promising = beside.iter().filter(|s| s.promise > WORTH * FLOOR).map(|s| self.candidate(s).effect);
+        let promising = beside.iter().filter(|s| s.promise > WORTH * self.least).map(|s| self.candidate(s).effect);
         let mut left: Vec<&'static Effect> = Vec::new();
         for effect in promising {
             if effect.name != found.effect.name && !left.iter().any(|known| known.name == effect.name) {
@@ -269,11 +276,11 @@ impl Ranking {
         DiagnoseEvent::Ranked { ranking, reduced_chi_square: model.reduced_chi_square() }
     }
 
-    /// At most `most` effects that promise more than `least`, by more than `chance`.
-    fn shortlist(&self, least: f64, chance: f64, most: usize) -> Vec<&Score> {
+    /// At most `most` effects that promise what matters, by more than `chance`.
+    fn shortlist(&self, chance: f64, most: usize) -> Vec<&Score> {
         let promises = |s: &&Score| {
-            let broad = s.promise > 0.8 * s.cross_error || s.promise > LARGE * least;
-            s.promise > least && broad && s.p_value < chance
+            let broad = s.promise > 0.8 * s.cross_error || s.promise > LARGE * self.least;
+            s.promise > self.least && broad && s.p_value < chance
         };
         self.best.iter().filter(promises).take(most).collect()
     }
@@ -283,6 +290,7 @@ impl Ranking {
 fn rank(
     model: &Model,
     effects: &[&'static Effect],
+    least: f64,
     options: &Options,
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,
@@ -308,7 +316,7 @@ fn rank(
     let mut seen = BTreeSet::new();
     all.retain(|score| seen.insert(probe.candidates[score.candidate].effect.name));
     let here = model.left_out_of(&found.photos);
-    Ok(Ranking { probe, best: all, here, photos: found.photos })
+    Ok(Ranking { probe, best: all, here, photos: found.photos, least })
 }
 
 fn trial(effect: &'static Effect, ranking: &Ranking) -> Trial {

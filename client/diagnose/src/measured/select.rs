@@ -104,7 +104,8 @@ impl<'r> Fitted<'r> {
         let mut failed = String::new();
         for score in all.iter().filter(|s| probe.candidates[s.candidate].effect.name == effect.name) {
             let candidate = &probe.candidates[score.candidate];
-            match refit(model, candidate, score, &options.refit(), workshop, observer) {
+            // No material's effect has a place to search.
+            match refit(model, candidate, score, 0.0, &options.refit(), workshop, observer) {
                 Err(DiagnoseError::Cancelled) => return Err(DiagnoseError::Cancelled),
                 Err(error) => failed = format!("its fit failed: {error}"),
                 Ok(None) => "stands at no place that explains more".clone_into(&mut failed),

@@ -1,6 +1,7 @@
 //! The matrix as a picture.
 
-use crate::table::named;
+use crate::glyphs;
+use crate::outcome::{SWEPT, named};
 use gonio_diagnose::effects::CATALOGUE;
 use gonio_tests::hidden::STRENGTHS;
 use image::{Rgb, RgbImage};
@@ -9,19 +10,6 @@ use std::path::Path;
 
 const CELL: u32 = 20;
 const BORDER: u32 = 26;
-/// Digits of three columns and five rows, three bits a row, top row first.
-const DIGITS: [u16; 10] = [
-    0b111_101_101_101_111,
-    0b010_110_010_010_111,
-    0b111_001_111_100_111,
-    0b111_001_111_001_111,
-    0b101_101_111_001_001,
-    0b111_100_111_001_111,
-    0b111_100_111_101_111,
-    0b111_001_010_010_010,
-    0b111_101_111_101_111,
-    0b111_101_111_001_111,
-];
 
 pub fn write(outcomes: &[Value], path: &Path) {
     let count = CATALOGUE.len() as u32;
@@ -35,15 +23,16 @@ pub fn write(outcomes: &[Value], path: &Path) {
         }
         (BORDER..image.height()).for_each(|y| image.put_pixel(at, y, Rgb([205; 3])));
         if i < count {
-            number(&mut image, i + 1, at + 4, 8);
-            number(&mut image, i + 1, 8, at + 5);
+            let number = format!("{:2}", i + 1);
+            glyphs::write(&mut image, &number, at + 4, 8);
+            glyphs::write(&mut image, &number, 8, at + 5);
         }
     }
     // Outcomes per cell, and how many of a row's halves there are in all.
     let width = (count + 2) as usize;
     let mut shares = vec![[0.0f64; 2]; width * (count + 1) as usize];
     let mut totals = vec![[0.0f64; 2]; (count + 1) as usize];
-    for o in outcomes {
+    for o in outcomes.iter().filter(|o| o["strength"] != SWEPT) {
         let row = index(o["effect"].as_str().unwrap_or_default()).unwrap_or(count) as usize;
         let halves = match STRENGTHS.iter().position(|(label, _)| o["strength"] == *label) {
             Some(half) => half..half + 1,
@@ -91,18 +80,4 @@ pub fn write(outcomes: &[Value], path: &Path) {
         }
     }
     image.save(path).unwrap();
-}
-
-/// A number of two digits, each pixel of it doubled.
-fn number(image: &mut RgbImage, value: u32, x: u32, y: u32) {
-    for (place, digit) in [value / 10, value % 10].into_iter().enumerate() {
-        for bit in 0..15u32 {
-            if (place > 0 || digit > 0) && DIGITS[digit as usize] >> (14 - bit) & 1 == 1 {
-                for step in 0..4 {
-                    let (px, py) = (x + 7 * place as u32 + 2 * (bit % 3) + step % 2, y + 2 * (bit / 3) + step / 2);
-                    image.put_pixel(px, py, Rgb([60; 3]));
-                }
-            }
-        }
-    }
 }

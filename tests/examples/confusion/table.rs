@@ -1,19 +1,11 @@
 //! The outcomes as a page.
 
+use crate::outcome::{is_right, named, programs};
+use crate::strengths;
 use gonio_diagnose::effects::CATALOGUE;
 use gonio_tests::hidden::STRENGTHS;
 use serde_json::Value;
 use std::fmt::Write;
-
-/// Everything that a diagnosis named: findings with those that could not be told from them.
-pub fn named(outcome: &Value) -> Vec<Vec<String>> {
-    serde_json::from_value(outcome["named"].clone()).unwrap_or_default()
-}
-
-/// Whether the hidden effect is among the first finding's.
-fn is_right(outcome: &Value) -> bool {
-    named(outcome).first().is_some_and(|set| set.iter().any(|n| outcome["effect"] == **n))
-}
 
 pub fn page(outcomes: &[Value]) -> String {
     let mut page = String::from(
@@ -40,11 +32,12 @@ pub fn page(outcomes: &[Value]) -> String {
     let verdicts = |v: &str| nulls.iter().filter(|o| o["verdict"] == v).count();
     let _ = writeln!(
         page,
-        "- no effect: {} captures run; {} named, {} unexplained, {} failed\n",
+        "- no effect: {} captures run; {} named, {} unexplained, {} failed\n\n{}\n",
         nulls.len(),
         verdicts("named"),
         verdicts("unexplained"),
-        verdicts("failed")
+        verdicts("failed"),
+        programs(outcomes)
     );
     page += "| # | effect | strength | verdict | named | gain | chi-square | hidden effect refused because |\n";
     page += "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
@@ -61,6 +54,7 @@ pub fn page(outcomes: &[Value]) -> String {
     page += "\nIn `confusion.png` row and column numbers are those of the table: a row for what was hidden (the last: nothing),\n\
              a column for what was named first (the last two: unexplained, none). Dark: named first; light: in the same set.\n\
              The left half of a cell is the moderate strength, the right half the weak one.\n";
+    page += &strengths::section(outcomes);
     page
 }
 

@@ -10,10 +10,12 @@ mod pixels;
 mod places;
 mod random;
 mod surface;
+mod unit;
 mod vectors;
 mod workshop;
 mod world;
 
+pub use unit::{Unit, unit};
 pub use workshop::{InMemory, diagnosed, named};
 pub use world::HELD_OUT;
 

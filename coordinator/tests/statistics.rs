@@ -62,7 +62,8 @@ fn recipe(factor: f64, sensor: &Sensor) -> Recipe {
         active
     };
     let stage = SensorStage::new(sensor, &Camera::default());
-    Recipe { factor, stage, channels: [column(0), column(1), column(2)], sensor: Vec::new(), columns: 2 }
+    let channels = [column(0), column(1), column(2)];
+    Recipe { factor, open: stage.open(), stage, channels, sensor: Vec::new(), columns: 2 }
 }
 
 /// E[1 / (1 - s + s (1 + z^2) / 2)] over a normal deviate z, by the trapezoidal rule.
@@ -371,4 +372,19 @@ fn null_values_of_the_sensor_keep_every_bit() {
             assert_eq!(beside.gram[row * 6 + column].to_bits(), expected.gram[i * 4 + j].to_bits());
         }
     }
+}
+
+/// A clip level's pixels above it by the render's noise alone weigh no more than those below: the render's variance is that
+/// of the values before they are clipped, and what the clipped pixels add is no curvature.
+#[test]
+fn a_clip_level_makes_no_render_certain() {
+    let mut noise = Noise(17);
+    let film = render(&mut noise, 0.5, 0.1, 0.05);
+    let photo = photograph(|_, _| [0.4; 3], |_, _| true);
+    let open = compare_all(&film, &photo, &sensor(0.02));
+    let clipped = compare_all(&film, &photo, &Sensor { clip_level: 0.4, ..sensor(0.02) });
+    assert!((open.log_variance - clipped.log_variance).abs() < 1e-9 * open.log_variance.abs());
+    // Noise takes a few of 960 values below the level; the others are 0.4 to the last bit, as is the photo.
+    assert!(clipped.chi_square < 0.01 * open.chi_square, "{} {}", clipped.chi_square, open.chi_square);
+    assert!(clipped.gram[8] < 0.05 * open.gram[8], "{} {}", clipped.gram[8], open.gram[8]);
 }

@@ -18,6 +18,8 @@ pub struct Prediction {
     pub value: [f64; 3],
     /// P_A - P_B.
     pub difference: [f64; 3],
+    /// The same if nothing were clipped: how far the render's noise may reach, where the mean's own value no longer moves.
+    pub spread: [f64; 3],
     /// S: d value of row's channel / d exposed light of column's channel.
     slope: [[f64; 3]; 3],
     /// Whether the slope has entries off its diagonal.
@@ -73,12 +75,15 @@ pub fn predict(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe) -> Ve
         let apart = [0, 1, 2].map(|c| a[c] - b[c]);
         let predicted = recipe.stage.value(mean, x, y);
         let value = |stage: &SensorStage| if *stage == recipe.stage { predicted } else { stage.value(mean, x, y) };
+        let difference = through(&predicted.slope, apart, recipe.stage.mixes());
+        let open = recipe.open.as_ref().map(|open| through(&open.value(mean, x, y).slope, apart, open.mixes()));
         predictions.push(Prediction {
             pixel,
             index,
             measured: photograph.image.pixels[place].map(f64::from),
             value: predicted.value,
-            difference: through(&predicted.slope, apart, recipe.stage.mixes()),
+            difference,
+            spread: open.unwrap_or(difference),
             slope: predicted.slope,
             mixes: recipe.stage.mixes(),
             sensor: recipe.sensor.iter().map(|c| derivative(c, &value(&c.from), &value(&c.to), apart)).collect(),

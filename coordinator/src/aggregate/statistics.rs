@@ -17,6 +17,9 @@
 //! squared error without the variance that a plain square has (Azinovic et al. 2019, "Inverse Path Tracing for Joint
 //! Material and Lighting Estimation", section 5).
 //!
+//! The variance that a weight is made of is that of unclipped values: a mean that lies above a clip level by its noise alone is
+//! no certain one, and a model would be punished for every such pixel that it clips.
+//!
 //! The variance of `e_A e_B` that is due to the render: with e the true residual and each half's noise of variance q,
 //! e_A e_B = e^2 + e (a + b) + a b, so the variance is 2 e^2 q + q^2. For Gaussian noise, mean and difference of the halves
 //! are independent, hence E[((e_A + e_B) / 2)^2 (P_A - P_B)^2] = (e^2 + q / 2) 2 q: that product estimates it without bias.
@@ -74,7 +77,7 @@ fn compare_channel(
 ) {
     let mut own = vec![None; observed.tile.len()];
     for p in predictions {
-        own[p.index] = Some(0.25 * p.difference[channel] * p.difference[channel]);
+        own[p.index] = Some(0.25 * p.spread[channel] * p.spread[channel]);
     }
     let variances = VarianceMap::new(observed.tile, &own);
 

@@ -29,7 +29,7 @@ pub fn section(outcomes: &[Value]) -> String {
          own seed, weaker after a find and stronger after a miss; both rows of the matrix count too. Strength: by maximum\n\
          likelihood of a logistic function of given slope (a tenth to nine tenths in a factor of 3), with its 68 % interval;\n\
          *below*, *above*: found, or missed, every time, at this strength among others. Chi-square: reduced, before any effect\n\
-         is added, mean of the two captures nearest to that strength; 1 is noise alone. A failed diagnosis is a miss.\n\n\
+         is added, of the capture nearest to that strength; 1 is noise alone. A failed diagnosis is a miss.\n\n\
          | # | effect | strength | found | chi-square there | that is | strength 1 is |\n\
          | --- | --- | --- | --- | --- | --- | --- |\n";
     for (number, effect) in CATALOGUE.iter().enumerate() {
@@ -64,14 +64,11 @@ pub fn section(outcomes: &[Value]) -> String {
     text
 }
 
-/// Mean of the base model's chi-square in the two captures of an effect whose strength is nearest.
+/// The base model's chi-square in the capture of an effect whose strength is nearest.
 fn chi_near(outcomes: &[Value], effect: &str, at: f64) -> Option<f64> {
     let these = outcomes.iter().filter(|o| o["effect"] == effect);
-    let mut all: Vec<(f64, f64)> =
-        these.filter_map(|o| Some((libm::log(strength(o)? / at).abs(), o["chi_before"].as_f64()?))).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    all.truncate(2);
-    (!all.is_empty()).then(|| all.iter().map(|(_, chi)| chi).sum::<f64>() / all.len() as f64)
+    let each = these.filter_map(|o| Some((libm::log(strength(o)? / at).abs(), o["chi_before"].as_f64()?)));
+    each.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, chi)| chi)
 }
 
 /// A positive number to two digits, without an exponent.

@@ -80,6 +80,12 @@ fn a_response_is_found() {
     finds("response-gamma", 1.0, &[("sensor.gamma", 1.15)]);
 }
 
+/// A mean above the level by the render's noise alone must not speak against it.
+#[test]
+fn clipping_is_found() {
+    finds("clipping", 1.0, &[]);
+}
+
 #[test]
 fn light_from_everywhere_is_found() {
     let hidden = [0.030, 0.034, 0.042].map(|x| 0.35 * x);

@@ -3,13 +3,18 @@
 use crate::effects::Variant;
 use crate::model::Model;
 use crate::quadratic::Quadratic;
+use crate::select::{ERRORS, FLOOR};
 use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent};
 use gonio_fit::{Options, Space};
 use gonio_scene::{EvaluationRequest, Output};
 
+/// Deviance that a coefficient must gain for its group to be tried (Akaike 1974): what left-out photos gain is an estimate, and
+/// the best of several is one that is too large.
+const PRICE: f64 = 2.0;
+
 /// A model whose last part is `variant` without its finer coefficients, with as many groups of them as predict photos left
-/// out better than fewer do: by the quadratic of one evaluation, then by a fit. The logarithm of a colour is nearly linear
+/// out better than fewer do: by the quadratic of one evaluation, then by a fit, which has to gain what would matter of an effect. The logarithm of a colour is nearly linear
 /// in them, so that one quadratic tells.
 ///
 /// # Errors
@@ -37,7 +42,8 @@ pub fn refined(
     let options =
         Options { min_samples: options.max_samples, max_iterations: Some(3), tolerance: 0.1, ..options.clone() };
     let fine = Model::fit(&capture, coarse.files.clone(), parts, &options, workshop, observer)?;
-    Ok(if fine.gain_over(&coarse.left_out).0 > 0.0 { fine } else { coarse })
+    let (gain, error) = fine.gain_over(&coarse.left_out);
+    Ok(if gain >= FLOOR && gain >= ERRORS * error { fine } else { coarse })
 }
 
 /// How many groups of finer coefficients photos left out gain by, and where all numbers are then best.
@@ -66,12 +72,13 @@ fn supported(
     let found = evaluate(farm.as_mut(), &request, observer)?;
     let deviance = |further| coarse.left_out_with(&found.photos, further).iter().sum::<f64>();
     let own = columns.len() - variant.finer.iter().map(Vec::len).sum::<usize>();
-    let (mut further, mut best, mut groups, mut fitted) = (0, deviance(0), 0, own);
+    let (mut further, mut price, mut best, mut groups, mut fitted) = (0, 0.0, deviance(0), 0, own);
     for (i, group) in variant.finer.iter().enumerate() {
         further += group.len();
         let here = deviance(further);
-        if here < best {
-            (best, groups, fitted) = (here, i + 1, own + further);
+        price += PRICE * group.len() as f64;
+        if here + price < best {
+            (best, groups, fitted) = (here + price, i + 1, own + further);
         }
     }
     let used: Vec<(usize, f64)> = (0..fitted).map(|i| (i, 1.0)).collect();

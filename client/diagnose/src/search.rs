@@ -49,8 +49,8 @@ pub struct Aim {
 /// Moves the searched numbers to where the deviance, with the candidate's own colours fitted along inside their bounds, is
 /// least, in reduced photos: a pixel wide as an edge is far sees it, and costs less. Damped Gauss-Newton (Levenberg 1944,
 /// Marquardt 1963) moves all at once, with differences over a step that begins as wide as the place is uncertain and is
-/// halved: what lies between two edges a step apart is slope to it. (A pattern search along one move at a time beside it found
-/// nearer minima that it did not leave again.) What else the model has stays where it is: a lamp that no wall has yet hidden
+/// halved: what lies between two edges a step apart is slope to it. Until that leads anywhere, a pattern search (Hooke and
+/// Jeeves 1961) tries the neighbours; later it would lead to nearer minima that Gauss-Newton does not leave again. What else the model has stays where it is: a lamp that no wall has yet hidden
 /// would be dimmed without end to make up for one that stands in the way. Chi-square alone would favour places that make the
 /// render noisy.
 ///
@@ -70,6 +70,7 @@ pub fn search(
         let (small, files) = reduced(capture, files, (smallest / rows).max(1), workshop.files())?;
         let mut farm = workshop.open(&small, &files)?;
         let mut search = Search::new(&small, variant, aim, farm.as_mut())?;
+        search.lost = rows == COARSE;
         let mut best = search.look(search.start(), None, observer)?;
         for halving in halvings.filter(|h| *h >= aim.round) {
             let text = format!("searching its place in steps of 1/{}, deviance {:.3}", 1_u32 << halving, best.deviance);
@@ -104,6 +105,8 @@ struct Search<'a> {
     moves: &'a [Vec<(String, f64)>],
     photos: Vec<usize>,
     aim: Aim,
+    /// Whether neighbours are tried where nothing leads on: until Gauss-Newton does.
+    lost: bool,
 }
 
 impl<'a> Search<'a> {
@@ -126,7 +129,7 @@ impl<'a> Search<'a> {
         let mut known = capture.numbers();
         known.retain(|name, _| searched.contains(name.as_str()));
         let photos = (0..capture.targets().count()).collect();
-        Ok(Self { farm, colours, known, moves: &variant.search, photos, aim })
+        Ok(Self { farm, colours, known, moves: &variant.search, photos, aim, lost: false })
     }
 
     fn start(&self) -> Vec<(String, f64)> {
@@ -171,8 +174,9 @@ impl<'a> Search<'a> {
         let n = self.colours.len();
         let mut columns = self.colours.clone();
         columns.extend(scale.map(|scale| self.columns(&place, scale)).unwrap_or_default());
+        let colours = self.colours.iter().flat_map(|c| c.numbers(c.value).collect::<Vec<_>>());
         let request = EvaluationRequest {
-            numbers: place.clone(),
+            numbers: place.iter().cloned().chain(colours).collect(),
             columns: columns.clone(),
             photos: self.photos.clone(),
             samples: SAMPLES,
@@ -211,7 +215,14 @@ impl<'a> Search<'a> {
     /// Moves with one step until that leads nowhere.
     fn with_step(&mut self, mut best: Look, scale: f64, observer: &mut Observer<'_>) -> Result<Look, DiagnoseError> {
         for _ in 0..MOVES {
-            match self.newton(&best, scale, observer)? {
+            self.carry(&best);
+            best = self.look(best.place, Some(scale), observer)?;
+            let mut next = self.newton(&best, scale, observer)?;
+            self.lost &= next.is_none();
+            if self.lost {
+                next = self.neighbour(&best, scale, observer)?;
+            }
+            match next {
                 Some(there) => best = there,
                 None => break,
             }
@@ -219,18 +230,53 @@ impl<'a> Search<'a> {
         Ok(best)
     }
 
+    /// Looks from here on begin with the colours that a place was found to have: a quadratic about others may promise what they
+    /// do not keep.
+    fn carry(&mut self, look: &Look) {
+        for colour in &mut self.colours {
+            let Some(term) = colour.terms.first() else { continue };
+            if let Some((_, value)) = look.colours.iter().find(|(name, _)| *name == term.number) {
+                colour.value = value / term.ratio;
+            }
+        }
+    }
+
     /// Where Gauss-Newton leads from a place, or a more damped move; nowhere where none of these is worth while.
     fn newton(&mut self, from: &Look, scale: f64, observer: &mut Observer<'_>) -> Result<Option<Look>, DiagnoseError> {
-        let here = self.look(from.place.clone(), Some(scale), observer)?;
-        for moves in &here.moves {
+        for moves in &from.moves {
             // One factor for all: the direction is what the quadratic knows best.
             let longest = moves.iter().fold(0.0_f64, |m, x| m.max(x.abs())).max(f64::MIN_POSITIVE);
             let by: Vec<f64> = moves.iter().map(|x| x * (REACH * scale / longest).min(1.0)).collect();
             let there = self.look(self.moved(&from.place, &by), None, observer)?;
-            if from.deviance - there.deviance > self.aim.worthwhile.max(LEAST) {
+            if from.deviance - there.deviance > self.worthwhile() {
                 return Ok(Some(there));
             }
         }
         Ok(None)
+    }
+
+    /// The best neighbour that is worth while: the first that is better leads astray where many are.
+    fn neighbour(
+        &mut self,
+        from: &Look,
+        scale: f64,
+        observer: &mut Observer<'_>,
+    ) -> Result<Option<Look>, DiagnoseError> {
+        let mut best: Option<Look> = None;
+        for i in 0..self.moves.len() {
+            for by in [scale, -scale] {
+                let mut moves = vec![0.0; self.moves.len()];
+                moves[i] = by;
+                let there = self.look(self.moved(&from.place, &moves), None, observer)?;
+                if there.deviance < best.as_ref().map_or(from.deviance - self.worthwhile(), |b| b.deviance) {
+                    best = Some(there);
+                }
+            }
+        }
+        Ok(best)
+    }
+
+    fn worthwhile(&self) -> f64 {
+        self.aim.worthwhile.max(LEAST)
     }
 }

@@ -48,6 +48,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 18] = [
         &[
             "gonio-scene",
             "gonio-proto",
+            "gonio-operations",
             "gonio-tracer",
             "gonio-fit",
             "gonio-diagnose",

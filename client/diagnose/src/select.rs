@@ -36,6 +36,10 @@ const ENOUGH: f64 = 0.1;
 /// rejected.
 const RIVAL: f64 = 0.93;
 
+/// One that comes closer to the fitted photos than the best does is not rejected from this part of its gain on: that a photo
+/// left out is predicted worse may be the quadratic's fault.
+const CLOSER: f64 = 0.5;
+
 /// An effect that the selection has added.
 #[derive(Debug, Clone)]
 pub struct Addition {
@@ -165,7 +169,10 @@ impl Fitted<'_> {
     /// Whether it explains about as much as the best.
     fn rivals(&self, best: &Self) -> bool {
         let (behind, error) = best.model.gain_over(&self.model.left_out);
-        self.gain > RIVAL * best.gain || behind < 2.0 * error && self.gain > 0.7 * best.gain
+        let closer = self.model.reduced_chi_square() < best.model.reduced_chi_square();
+        self.gain > RIVAL * best.gain
+            || behind < 2.0 * error && self.gain > 0.7 * best.gain
+            || closer && self.gain > CLOSER * best.gain
     }
 }
 

@@ -14,8 +14,8 @@ use gonio_scene::{EvaluationRequest, Output};
 const PRICE: f64 = 2.0;
 
 /// A model whose last part is `variant` without its finer coefficients, with as many groups of them as predict photos left
-/// out better than fewer do: by the quadratic of one evaluation, then by a fit, which has to gain what would matter of an effect. The logarithm of a colour is nearly linear
-/// in them, so that one quadratic tells.
+/// out better than fewer do: by the quadratic of one evaluation, then by a fit, which has to gain what would matter of an
+/// effect. The logarithm of a colour is nearly linear in them, so that one quadratic tells.
 ///
 /// # Errors
 /// An evaluation or fit that fails, a cancellation.
@@ -72,13 +72,12 @@ fn supported(
     let found = evaluate(farm.as_mut(), &request, observer)?;
     let deviance = |further| coarse.left_out_with(&found.photos, further).iter().sum::<f64>();
     let own = columns.len() - variant.finer.iter().map(Vec::len).sum::<usize>();
-    let (mut further, mut price, mut best, mut groups, mut fitted) = (0, 0.0, deviance(0), 0, own);
+    let (mut further, mut best, mut groups, mut fitted) = (0, deviance(0), 0, own);
     for (i, group) in variant.finer.iter().enumerate() {
         further += group.len();
-        let here = deviance(further);
-        price += PRICE * group.len() as f64;
-        if here + price < best {
-            (best, groups, fitted) = (here + price, i + 1, own + further);
+        let here = deviance(further) + PRICE * further as f64;
+        if here < best {
+            (best, groups, fitted) = (here, i + 1, own + further);
         }
     }
     let used: Vec<(usize, f64)> = (0..fitted).map(|i| (i, 1.0)).collect();

@@ -50,9 +50,9 @@ pub struct Aim {
 /// least, in reduced photos: a pixel wide as an edge is far sees it, and costs less. Damped Gauss-Newton (Levenberg 1944,
 /// Marquardt 1963) moves all at once, with differences over a step that begins as wide as the place is uncertain and is
 /// halved: what lies between two edges a step apart is slope to it. Until that leads anywhere, a pattern search (Hooke and
-/// Jeeves 1961) tries the neighbours; later it would lead to nearer minima that Gauss-Newton does not leave again. What else the model has stays where it is: a lamp that no wall has yet hidden
-/// would be dimmed without end to make up for one that stands in the way. Chi-square alone would favour places that make the
-/// render noisy.
+/// Jeeves 1961) tries the neighbours; later it would lead to nearer minima that Gauss-Newton does not leave again. What else
+/// the model has stays where it is: a lamp that no wall has yet hidden would be dimmed without end to make up for one that
+/// stands in the way. Chi-square alone would favour places that make the render noisy.
 ///
 /// # Errors
 /// A patch that the format refuses, an evaluation that fails, a cancellation.

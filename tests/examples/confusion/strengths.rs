@@ -103,6 +103,12 @@ mod tests {
         let swept = [row(SWEPT, Some(0.0875), "vignetting", 1.03), row(SWEPT, Some(0.021875), "none", 1.01)];
         let text = section(&[matrix.as_slice(), &swept].concat());
         let line = text.lines().find(|line| line.starts_with("| 19 | `vignetting`")).unwrap();
-        assert!(line.contains("| 0.044 (0.0") && line.contains("| 3 of 4 | 1.020 | 1.1 | 25 % of the light"), "{line}");
+        assert!(
+            line.contains("| 0.044 (0.0")
+                && line.contains("| 3 of 4 | ")
+                && line.contains(" | 1.1 | 25 % of the light"),
+            "{line}"
+        );
+        assert_eq!([0.02, 0.08].map(|at| chi_near(&swept, "vignetting", at)), [Some(1.01), Some(1.03)]);
     }
 }

@@ -51,7 +51,8 @@ fn renderer_alone_512_tasks(bencher: Bencher<'_, '_>) {
     let scene = renderer.load(capture, assets).prepare(&[], &columns).expect("a scene");
     let tile = Tile { x: 0, y: 0, width: 32, height: 32 };
     let pixels = PixelSet::from_flags([true; 1024]);
-    let task = TileTask { photo: 0, tile, pixels: &pixels, samples: 0..1, difference_samples: 0, seed: 1 };
+    let task =
+        TileTask { photo: 0, tile, pixels: &pixels, samples: 0..1, difference_samples: 0, forward_samples: 0, seed: 1 };
     bencher.bench_local(|| {
         for _ in 0..512 {
             divan::black_box(scene.render(&task, &std::sync::atomic::AtomicBool::new(false)));

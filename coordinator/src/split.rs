@@ -50,6 +50,8 @@ pub struct Part {
     pub samples: Range<u32>,
     /// How many of them, from the first on, finite differences take; 0: all.
     pub difference_samples: u32,
+    /// The same of derivatives that are carried along the paths.
+    pub forward_samples: u32,
 }
 
 /// The tasks of an evaluation: every tile of every photo, and for each tile its chunks of samples, in this order.
@@ -61,6 +63,8 @@ pub struct Split {
     samples: u32,
     /// Of these, those of finite differences; 0: all.
     difference_samples: u32,
+    /// The same of derivatives that are carried along the paths.
+    forward_samples: u32,
     channels: usize,
 }
 
@@ -102,7 +106,8 @@ impl Split {
                 }
             }
         }
-        let split = Self { tiles, samples: if first_hits { 0 } else { samples / 2 }, difference_samples: 0, channels };
+        let samples = if first_hits { 0 } else { samples / 2 };
+        let split = Self { tiles, samples, difference_samples: 0, forward_samples: 0, channels };
         if split.tasks() > limits::TASKS {
             let text = format!(
                 "there are {} tasks, the limit is {}; ask for fewer samples or photos",
@@ -114,12 +119,14 @@ impl Split {
         Ok(split)
     }
 
-    /// The same split with only `samples` (both halves together) of finite differences; 0: all.
+    /// The same split with only `differences` samples (both halves together) of finite differences, and `forward` of
+    /// derivatives that are carried along the paths; 0: all.
     ///
-    /// Chunks are merged by their samples, so each gives finite differences its share, rounded up: none goes without.
+    /// Chunks are merged by their samples, so each gives derivatives its share, rounded up: none goes without.
     #[must_use]
-    pub fn with_difference_samples(self, samples: u32) -> Self {
-        Self { difference_samples: samples.div_ceil(2).min(self.samples), ..self }
+    pub fn with_derivative_samples(self, differences: u32, forward: u32) -> Self {
+        let half = |samples: u32| samples.div_ceil(2).min(self.samples);
+        Self { difference_samples: half(differences), forward_samples: half(forward), ..self }
     }
 
     /// Chunks of samples of every tile.
@@ -142,9 +149,10 @@ impl Split {
         let chunk = (task % chunks) as u32;
         let start = chunk * CHUNK_SAMPLES;
         let samples = start..self.samples.min(start + CHUNK_SAMPLES);
-        let share = u64::from(self.difference_samples) * samples.len() as u64;
-        let difference_samples = share.div_ceil(u64::from(self.samples.max(1))) as u32;
-        Some(Part { tile, chunk, samples, difference_samples })
+        let (here, all) = (samples.len() as u64, u64::from(self.samples.max(1)));
+        let share = |of: u32| (u64::from(of) * here).div_ceil(all) as u32;
+        let (difference_samples, forward_samples) = (share(self.difference_samples), share(self.forward_samples));
+        Some(Part { tile, chunk, samples, difference_samples, forward_samples })
     }
 
     /// The tasks of a tile.
@@ -204,9 +212,17 @@ mod tests {
     }
 
     #[test]
-    fn every_chunk_gives_differences_their_share_rounded_up() {
-        let split = |of: u32| Split::new(&[area(8, 8)], 260, Output::Films, 1).unwrap().with_difference_samples(of);
-        let shares = |of: u32| (0..3).map(|task| split(of).part(task).unwrap().difference_samples).collect::<Vec<_>>();
+    fn every_chunk_gives_derivatives_their_share_rounded_up() {
+        let split = |of: u32| Split::new(&[area(8, 8)], 260, Output::Films, 1).unwrap().with_derivative_samples(of, of);
+        let shares = |of: u32| {
+            let parts = (0..3).map(|task| split(of).part(task).unwrap());
+            parts
+                .map(|part| {
+                    assert_eq!(part.forward_samples, part.difference_samples);
+                    part.difference_samples
+                })
+                .collect::<Vec<_>>()
+        };
         assert_eq!(shares(0), [0, 0, 0]);
         assert_eq!(shares(260), [64, 64, 2]);
         assert_eq!(shares(65), [17, 17, 1]);

@@ -27,6 +27,7 @@ fn request() -> EvaluationRequest {
         photos: vec![3, 0, 7],
         samples: 16,
         difference_samples: 4,
+        forward_samples: 4,
         seed: u64::MAX,
         output: Output::StatisticsAndFilms,
     }
@@ -57,6 +58,7 @@ fn task() -> Task {
         pixels: PixelSet::from_flags((0..50).map(|i| i % 3 == 0)),
         samples: 64..100,
         difference_samples: 4,
+        forward_samples: 4,
         seed: 11,
     }
 }
@@ -101,6 +103,7 @@ fn broken_requests_are_refused() {
     broken(&|m| m.samples = 7, "samples: is 7");
     broken(&|m| m.samples = u32::MAX - 1, "samples: is 4294967294");
     broken(&|m| m.difference_samples = 18, "difference_samples: is 18, more than the 16 samples");
+    broken(&|m| m.forward_samples = 18, "forward_samples: is 18, more than the 16 samples");
     broken(&|m| m.columns[0].step = Some(0.0), "has a step that is not above zero");
     broken(&|m| m.columns[0].step = Some(f64::NAN), "is NaN");
     broken(&|m| m.output = 17, "output: is 17");
@@ -130,6 +133,7 @@ fn broken_tasks_and_hellos_are_refused() {
     };
     broken(&|m| m.id = None, "Task.id: is absent");
     broken(&|m| m.difference_samples = 37, "difference_samples: is 37");
+    broken(&|m| m.forward_samples = 37, "forward_samples: is 37");
     broken(&|m| m.tile = None, "Task.tile: is absent");
     let tile = |m: &mut wire::Task, change: &dyn Fn(&mut wire::Tile)| change(m.tile.as_mut().unwrap());
     broken(&|m| tile(m, &|t| t.width_pixels = 0), "Task.tile");

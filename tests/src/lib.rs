@@ -46,6 +46,7 @@ pub fn render(capture: &Capture, assets: Assets, samples: u32, seed: u64) -> Vec
                         pixels: &pixels,
                         samples: 0..samples / 2,
                         difference_samples: 0,
+                        forward_samples: 0,
                         seed,
                     };
                     let film = prepared.render(&task, &AtomicBool::new(false)).unwrap();

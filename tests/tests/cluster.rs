@@ -24,6 +24,7 @@ fn request(output: Output) -> EvaluationRequest {
         photos: vec![0, 3],
         samples: 132,
         difference_samples: 0,
+        forward_samples: 0,
         seed: 9,
         output,
     }

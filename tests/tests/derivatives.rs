@@ -30,6 +30,7 @@ fn planes(prepared: &Prepared, along: &Prepared, seed: u64) -> Vec<Vec<f64>> {
                 pixels: &pixels,
                 samples: 0..SAMPLES_PER_HALF,
                 difference_samples: 0,
+                forward_samples: 0,
                 seed,
             };
             let film = prepared.render_along(along, &task, &AtomicBool::new(false)).unwrap();

@@ -75,6 +75,7 @@ fn statistics(farm: &Farm, files: &MemoryFiles, photo: usize, roughness: f64) ->
         photos: vec![photo],
         samples: 2,
         difference_samples: 0,
+        forward_samples: 0,
         seed: 5,
         output: Output::Statistics,
     };

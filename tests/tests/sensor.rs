@@ -91,6 +91,7 @@ fn request() -> EvaluationRequest {
         photos: vec![],
         samples: 2,
         difference_samples: 0,
+        forward_samples: 0,
         seed: 0,
         output: Output::Films,
     }

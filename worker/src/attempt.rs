@@ -81,6 +81,7 @@ fn film(
         samples: task.samples.clone(),
         seed: task.seed,
         difference_samples: task.difference_samples,
+        forward_samples: task.forward_samples,
     };
     let cancel = &claim.cancel;
     let film = if first_hits { scene.first_hits(&tile, cancel) } else { scene.render(&tile, cancel) };

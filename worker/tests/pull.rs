@@ -210,6 +210,7 @@ impl Script {
             samples: 10 + task as u32..20 + task as u32,
             seed: 100,
             difference_samples: 3,
+            forward_samples: 3,
         };
         let tasks: Vec<_> = tasks.map(task).collect();
         let message = wire::Tasks { tasks: tasks.iter().map(wire::Task::from).collect() };

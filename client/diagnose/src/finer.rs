@@ -64,6 +64,7 @@ fn supported(
         photos: (0..capture.targets().count()).collect(),
         samples: options.max_samples,
         difference_samples: options.difference_samples,
+        forward_samples: options.forward_samples,
         seed: options.seed,
         output: Output::Statistics,
         ..EvaluationRequest::default()

@@ -8,6 +8,9 @@ const MOST_SAMPLES: u64 = 16_000_000;
 /// Samples per pixel of the score pass' finite differences, at most: a column's noise is no error of its score, which only the
 /// residual's is, but with 2 a lobe and a coat were missed in small captures.
 pub(crate) const SCORE_DIFFERENCES: u32 = 4;
+/// Samples per pixel of derivatives that are carried along the paths, at most, in the score pass and in the fits that are compared
+/// with each other: there are a hundred of them, and what was said of the differences' noise holds of theirs.
+pub(crate) const FORWARD: u32 = 8;
 /// Samples per pixel, however many pixels there are.
 const FEWEST_SAMPLES: u32 = 8;
 
@@ -112,6 +115,7 @@ impl Options {
             min_samples: samples.min(8),
             max_samples: samples,
             difference_samples: samples.min(8),
+            forward_samples: samples.min(FORWARD),
             max_iterations: Some(10),
             ..self.base_fit()
         }
@@ -123,6 +127,7 @@ impl Options {
         gonio_fit::Options {
             min_samples: self.search_samples(),
             difference_samples: self.search_samples().min(if searched { 4 } else { 16 }),
+            forward_samples: self.search_samples().min(16),
             max_iterations: Some(if searched { 5 } else { 12 }),
             tolerance: 0.1,
             ..self.base_fit()

@@ -181,6 +181,7 @@ impl<'a> Search<'a> {
             photos: self.photos.clone(),
             samples: SAMPLES,
             difference_samples: DIFFERENCES,
+            forward_samples: 0,
             seed: self.aim.seed,
             output: Output::Statistics,
         };

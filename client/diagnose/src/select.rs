@@ -5,7 +5,7 @@ use crate::context::Context;
 use crate::effects::Effect;
 use crate::measured::{self, Beside};
 use crate::model::Model;
-use crate::options::SCORE_DIFFERENCES;
+use crate::options::{FORWARD, SCORE_DIFFERENCES};
 use crate::overlay::Overlay;
 use crate::probe::{Candidate, Probe};
 use crate::refit::refit;
@@ -312,6 +312,7 @@ fn rank(
         photos: (0..probe.capture.targets().count()).collect(),
         samples: options.search_samples(),
         difference_samples: SCORE_DIFFERENCES.min(options.search_samples()),
+        forward_samples: FORWARD.min(options.search_samples()),
         // The refits' seed: their deviances are compared with this one's, so that both see the same render noise.
         seed: options.seed,
         output: Output::Statistics,

@@ -31,6 +31,8 @@ pub(crate) struct Objective<'a> {
     seed: u64,
     /// Most samples per pixel of finite differences.
     difference_samples: u32,
+    /// Most samples per pixel of derivatives that are carried along the paths; 0: all.
+    forward_samples: u32,
     /// Samples per pixel of [`CostFunction::cost`] and [`Gradient::gradient`].
     samples: Cell<u32>,
     /// Coordinate per unit of a solver's parameter, so that solvers without a metric of their own see a round bowl.
@@ -66,6 +68,7 @@ impl<'a> Objective<'a> {
             photos,
             seed: options.seed,
             difference_samples: options.difference_samples,
+            forward_samples: options.forward_samples,
             samples: Cell::new(2),
             metric,
             inner: RefCell::new(inner),
@@ -104,6 +107,7 @@ impl<'a> Objective<'a> {
             photos: self.photos.clone(),
             samples,
             difference_samples: self.difference_samples.min(samples),
+            forward_samples: self.forward_samples.min(samples),
             seed: self.seed,
             output: Output::Statistics,
         };
@@ -138,6 +142,7 @@ impl<'a> Objective<'a> {
             photos,
             samples,
             difference_samples: self.difference_samples.min(samples),
+            forward_samples: self.forward_samples.min(samples),
             seed: self.seed,
             output: Output::Statistics,
         };

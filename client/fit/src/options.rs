@@ -80,6 +80,9 @@ pub struct Options {
     /// Samples per pixel of derivatives by finite differences (geometry), each of which costs one or two renders: a step's
     /// direction needs fewer than the residual that it is judged by. Even; at most as many as an iteration takes.
     pub difference_samples: u32,
+    /// Samples per pixel of all other derivatives, which are carried along the paths: what a pattern of a hundred coefficients
+    /// costs. Even; at most as many as an iteration takes, and 0 stands for as many.
+    pub forward_samples: u32,
     /// Iterations in all, restarts included; [`SolverName::usual_iterations`] where absent. At least 1.
     pub max_iterations: Option<u32>,
     /// The fit has converged when what its last step leaves is below this many standard errors; above 0, at most 1.
@@ -103,6 +106,7 @@ impl Default for Options {
             min_samples: 4,
             max_samples: 64,
             difference_samples: 16,
+            forward_samples: 0,
             max_iterations: None,
             tolerance: 0.2,
             start: Vec::new(),
@@ -135,6 +139,13 @@ impl Options {
                     "write an even number of at least 2: a sample for each half",
                 );
             }
+        }
+        if self.forward_samples % 2 != 0 {
+            return refuse(
+                "forward_samples",
+                self.forward_samples.to_string(),
+                "write an even number: as many for each half",
+            );
         }
         if self.min_samples > self.max_samples {
             return refuse("min_samples", self.min_samples.to_string(), "write at most max_samples");
@@ -172,6 +183,7 @@ mod tests {
             Options { min_samples: 3, ..Options::default() },
             Options { max_samples: 0, ..Options::default() },
             Options { min_samples: 128, ..Options::default() },
+            Options { forward_samples: 3, ..Options::default() },
             Options { tolerance: 0.0, ..Options::default() },
             Options { tolerance: f64::NAN, ..Options::default() },
             Options { max_iterations: Some(0), ..Options::default() },

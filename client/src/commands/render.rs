@@ -75,6 +75,7 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
                 photos: batch.clone(),
                 samples: if output == Output::FirstHit { 2 } else { arguments.samples },
                 difference_samples: 0,
+                forward_samples: 0,
                 seed: arguments.seed,
                 output,
             };

@@ -59,6 +59,7 @@ pub fn request(files: &MemoryFiles, samples: u32, output: Output) -> EvaluationR
         photos: (0..capture.photos.len()).collect(),
         samples,
         difference_samples: 0,
+        forward_samples: 0,
         seed: 5,
         output,
     }

@@ -120,6 +120,7 @@ impl Active {
             samples: part.samples,
             seed: self.seed,
             difference_samples: part.difference_samples,
+            forward_samples: part.forward_samples,
         })
     }
 

@@ -76,8 +76,8 @@ pub async fn prepare(
         let only_counted = request.output == Output::Statistics;
         let areas: Vec<_> = photos.iter().map(|photo| area(photo, only_counted)).collect();
         let split = Split::new(&areas, request.samples, request.output, plan.planes.len());
-        let split = split.map_err(Failure::of_request)?.with_difference_samples(request.difference_samples);
-        let split = Arc::new(split);
+        let split = split.map_err(Failure::of_request)?;
+        let split = Arc::new(split.with_derivative_samples(request.difference_samples, request.forward_samples));
         let reduction = Reduction::new(request.output, Arc::clone(&split), photos);
         let first_hits = request.output == Output::FirstHit;
         // First hits depend on no derivative: without columns, workers find the scene that they prepared before.

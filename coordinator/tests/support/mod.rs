@@ -70,6 +70,7 @@ pub fn request(digest: Digest, chunks: u32) -> wire::EvaluationRequest {
         photos: vec![0],
         samples: chunks * 128,
         difference_samples: 0,
+        forward_samples: 0,
         seed: 3,
         output: Output::Films,
     };

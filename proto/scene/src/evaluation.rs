@@ -16,6 +16,9 @@ pub struct EvaluationRequest {
     /// Samples per pixel of the images that are finite differences, both halves together; at most `samples`, and 0
     /// stands for as many. Each task takes its share of them, rounded up, from the front of its samples.
     pub difference_samples: u32,
+    /// The same of the images that are carried along the paths: a column's noise is no error of what it says of the residual,
+    /// which has all samples.
+    pub forward_samples: u32,
     /// Seed of every random number.
     pub seed: u64,
     /// What is computed from the samples.

@@ -75,6 +75,7 @@ pub fn request_to_wire(digest: Digest, request: &EvaluationRequest) -> wire::Eva
         photos: request.photos.iter().map(|p| u32::try_from(*p).unwrap_or(u32::MAX)).collect(),
         samples: request.samples,
         difference_samples: request.difference_samples,
+        forward_samples: request.forward_samples,
         seed: request.seed,
         output: match request.output {
             Output::Statistics => wire::Output::Statistics,
@@ -109,9 +110,13 @@ pub fn request_from_wire(message: wire::EvaluationRequest) -> Result<(Digest, Ev
         let problem = format!("is {}, must be even and 2 to {}", message.samples, limits::SAMPLES);
         return Err(WireError::new("EvaluationRequest.samples", problem));
     }
-    if message.difference_samples > message.samples {
-        let problem = format!("is {}, more than the {} samples", message.difference_samples, message.samples);
-        return Err(WireError::new("EvaluationRequest.difference_samples", problem));
+    for (field, samples) in [
+        ("EvaluationRequest.difference_samples", message.difference_samples),
+        ("EvaluationRequest.forward_samples", message.forward_samples),
+    ] {
+        if samples > message.samples {
+            return Err(WireError::new(field, format!("is {samples}, more than the {} samples", message.samples)));
+        }
     }
     let output = match wire::Output::try_from(message.output) {
         Ok(wire::Output::Statistics) => Output::Statistics,
@@ -128,6 +133,7 @@ pub fn request_from_wire(message: wire::EvaluationRequest) -> Result<(Digest, Ev
         photos: message.photos.into_iter().map(|p| p as usize).collect(),
         samples: message.samples,
         difference_samples: message.difference_samples,
+        forward_samples: message.forward_samples,
         seed: message.seed,
         output,
     };

@@ -165,6 +165,8 @@ pub struct Task {
     pub seed: u64,
     /// How many of the samples, from the first on, finite differences take; 0: all.
     pub difference_samples: u32,
+    /// The same of derivatives that are carried along the paths.
+    pub forward_samples: u32,
 }
 
 impl From<&Task> for wire::Task {
@@ -180,6 +182,7 @@ impl From<&Task> for wire::Task {
             end_sample: task.samples.end,
             seed: task.seed,
             difference_samples: task.difference_samples,
+            forward_samples: task.forward_samples,
         }
     }
 }
@@ -211,9 +214,12 @@ impl TryFrom<wire::Task> for Task {
                 format!("are {}..{}, must ascend to at most {}", task.first_sample, task.end_sample, limits::SAMPLES);
             return Err(WireError::new("Task samples", problem));
         }
-        if task.difference_samples > task.end_sample - task.first_sample {
-            let problem = format!("is {}, more than the task's samples", task.difference_samples);
-            return Err(WireError::new("Task.difference_samples", problem));
+        for (field, samples) in
+            [("Task.difference_samples", task.difference_samples), ("Task.forward_samples", task.forward_samples)]
+        {
+            if samples > task.end_sample - task.first_sample {
+                return Err(WireError::new(field, format!("is {samples}, more than the task's samples")));
+            }
         }
         Ok(Self {
             id: AttemptId::from_wire("Task.id", task.id)?,
@@ -223,6 +229,7 @@ impl TryFrom<wire::Task> for Task {
             samples: task.first_sample..task.end_sample,
             seed: task.seed,
             difference_samples: task.difference_samples,
+            forward_samples: task.forward_samples,
         })
     }
 }

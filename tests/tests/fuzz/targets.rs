@@ -91,6 +91,7 @@ pub fn message() -> Target {
         photos: vec![3, 0, 7],
         samples: 16,
         difference_samples: 4,
+        forward_samples: 4,
         output: Output::StatisticsAndFilms,
         ..EvaluationRequest::default()
     };

@@ -28,14 +28,16 @@ pub struct TileTask<'a> {
     pub samples: Range<u32>,
     /// How many of the samples, from the first on, finite differences take; 0: all.
     pub difference_samples: u32,
+    /// The same of derivatives that are carried along the paths.
+    pub forward_samples: u32,
     /// Seed of every random number.
     pub seed: u64,
 }
 
 impl TileTask<'_> {
-    /// Samples of finite differences in each half.
-    fn difference_samples(&self) -> usize {
-        match self.difference_samples as usize {
+    /// Samples in each half of derivatives that are to have `wanted`.
+    fn share(&self, wanted: u32) -> usize {
+        match wanted as usize {
             0 => self.samples.len(),
             some => some.min(self.samples.len()),
         }
@@ -150,18 +152,22 @@ impl Prepared {
         let chosen = &proposals.scene.shaders;
         sums.fill(Vec3::ZERO);
         middle.clear();
-        let kept = if differences.is_empty() { 0 } else { task.difference_samples() };
+        let kept = if differences.is_empty() { 0 } else { task.share(task.difference_samples) };
+        let carried = task.share(task.forward_samples);
         let mut invalid = 0;
         for start in task.samples.clone().step_by(BLOCK) {
             let count = (task.samples.end - start).min(BLOCK as u32) as usize;
             let together = self.scene.first_hits(pixel, start..start + count as u32, block)?;
             for lane in 0..count {
                 let index = start + lane as u32;
+                let carries = ((index - task.samples.start) as usize) < carried;
+                let (path, found) = if carries { (&mut path[..], &mut found[..]) } else { Default::default() };
+                let numbers = pixel.sampler.sample(index);
                 let traced = if together {
-                    let numbers = pixel.sampler.sample(index).from(&block.numbers, lane);
+                    let numbers = numbers.from(&block.numbers, lane);
                     self.scene.sample(chosen, pixel, numbers, Some(block.first.get(lane)), path, found)?
                 } else {
-                    self.scene.sample(chosen, pixel, pixel.sampler.sample(index), None, path, found)?
+                    self.scene.sample(chosen, pixel, numbers, None, path, found)?
                 };
                 if middle.len() < kept {
                     middle.push(traced);
@@ -176,8 +182,9 @@ impl Prepared {
                 }
             }
         }
-        let scale = 1.0 / task.samples.len().max(1) as f32;
-        sums.iter_mut().for_each(|sum| *sum *= scale);
+        let [scale, scale_of_carried] = [task.samples.len(), carried].map(|count| 1.0 / count.max(1) as f32);
+        sums[0] *= scale;
+        sums[1..].iter_mut().for_each(|sum| *sum *= scale_of_carried);
         for difference in differences {
             let mut sum = Vec3::ZERO;
             for (index, middle) in task.samples.clone().zip(middle.iter()) {

@@ -58,6 +58,7 @@ pub(super) fn panels(
             photos: batch,
             samples: samples(fitted, result),
             difference_samples: 0,
+            forward_samples: 0,
             seed: result.seed,
             output: Output::StatisticsAndFilms,
         };

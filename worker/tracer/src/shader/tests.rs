@@ -101,7 +101,8 @@ fn stage(capture: &Capture) -> Stage {
 fn images(scene: &Prepared, along: &Prepared, seed: u64) -> Vec<Vec<f32>> {
     let tile = Tile { x: 0, y: 0, width: 24, height: 24 };
     let pixels = PixelSet::from_flags(std::iter::repeat_n(true, tile.len()));
-    let task = TileTask { photo: 0, tile, pixels: &pixels, samples: 0..8, difference_samples: 0, seed };
+    let task =
+        TileTask { photo: 0, tile, pixels: &pixels, samples: 0..8, difference_samples: 0, forward_samples: 0, seed };
     let film = scene.render_along(along, &task, &AtomicBool::new(false)).unwrap();
     assert_eq!(film.invalid_samples, 0);
     (0..=scene.planes())

@@ -1,6 +1,6 @@
 //! Columns that are finite differences, against renders at both ends.
 
-use crate::fixture::{Text, distance, film, film_along, plane};
+use crate::fixture::{Text, distance, film, film_along, lamp, plane};
 use gonio_scene::Parameter;
 
 fn with_step(mut columns: Vec<Parameter>, step: f64) -> Vec<Parameter> {
@@ -20,7 +20,7 @@ fn a_step_inside_the_range_is_central_and_at_a_bound_one_sided() {
         let film = film(&middle, 0, 4, 0);
         let [above, below] = ends.map(|value| {
             let end = stage.prepare(&number(value), &[]).unwrap();
-            plane(&film_along(&end, &middle, 0, 4, 0), 0)
+            plane(&film_along(&end, &middle, 0, 4, [0, 0]), 0)
         });
         let expected: Vec<f64> = above.iter().zip(below).map(|(a, b)| (a - b) / (ends[0] - ends[1])).collect();
         let error = distance(&plane(&film, 1), &expected);
@@ -58,6 +58,27 @@ fn few_difference_samples_are_the_leading_ones() {
     assert_eq!(bits(&some, 1), bits(&few, 1));
     assert_ne!(bits(&some, 1), bits(&many, 1));
     for index in [0, 2] {
+        assert_eq!(bits(&some, index), bits(&many, index));
+        assert_ne!(bits(&some, index), bits(&few, index));
+    }
+}
+
+/// The same of derivatives that are carried along the paths; lamps that shine only for these shift no other number.
+#[test]
+fn few_forward_samples_are_the_leading_ones() {
+    let mut text = Text::default();
+    text.lights.push_str(&lamp("dark", "point", [-0.4, 0.3, 0.7], 0.0, ""));
+    let stage = text.stage();
+    let columns = text.columns(&["light.lamp.position.x", "light.lamp.intensity.r", "light.dark.intensity.r"]);
+    let prepared = stage.prepare(&[], &columns).unwrap();
+    let shares = |samples, forward| film_along(&prepared, &prepared, 0, samples, [0, forward]);
+    let (few, many, some) = (shares(4, 0), shares(16, 0), shares(16, 4));
+    let bits = |film, index| plane(film, index).iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+    for index in [2, 3] {
+        assert_eq!(bits(&some, index), bits(&few, index));
+        assert_ne!(bits(&some, index), bits(&many, index));
+    }
+    for index in [0, 1] {
         assert_eq!(bits(&some, index), bits(&many, index));
         assert_ne!(bits(&some, index), bits(&few, index));
     }

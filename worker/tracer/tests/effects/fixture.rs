@@ -102,20 +102,21 @@ pub fn assets() -> Assets {
 
 /// A film of a photo with seed 5.
 pub fn film(prepared: &Prepared, photo: usize, samples: u32, difference_samples: u32) -> TileFilm {
-    film_along(prepared, prepared, photo, samples, difference_samples)
+    film_along(prepared, prepared, photo, samples, [difference_samples, 0])
 }
 
-/// As [`film`], along the paths of another preparation.
+/// As [`film`], along the paths of another preparation; samples of differences and of derivatives carried along the paths.
 pub fn film_along(
     prepared: &Prepared,
     along: &Prepared,
     photo: usize,
     samples: u32,
-    difference_samples: u32,
+    [difference_samples, forward_samples]: [u32; 2],
 ) -> TileFilm {
     let tile = Tile { x: 0, y: 0, width: SIDE, height: SIDE };
     let pixels = PixelSet::from_flags(std::iter::repeat_n(true, tile.len()));
-    let task = TileTask { photo, tile, pixels: &pixels, samples: 0..samples, difference_samples, seed: 5 };
+    let samples = 0..samples;
+    let task = TileTask { photo, tile, pixels: &pixels, samples, difference_samples, forward_samples, seed: 5 };
     prepared.render_along(along, &task, &AtomicBool::new(false)).unwrap()
 }
 

@@ -124,7 +124,7 @@ fn the_null_has_a_derivative_by_the_square() {
         let found = film(&prepared, 0, 64, 0);
         assert!(plane(&found, 0).iter().zip(&plain).all(|(a, b)| a.to_bits() == b.to_bits()));
         let moved = stage.prepare(&[("material.glossy.scatter_distance".to_owned(), step)], &[]).unwrap();
-        let ends = plane(&film_along(&moved, &prepared, 0, 64, 0), 0);
+        let ends = plane(&film_along(&moved, &prepared, 0, 64, [0, 0]), 0);
         let expected: Vec<f64> = ends.iter().zip(&plain).map(|(a, b)| (a - b) / step).collect();
         assert!(distance(&plane(&found, 1), &expected) < 1e-4);
         expected.iter().map(|d| d / step).collect::<Vec<f64>>()

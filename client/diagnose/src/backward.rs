@@ -1,7 +1,8 @@
 //! The backward check: what was added first may be needless once the rest is there, as when one effect stood in for another.
 
 use crate::model::Model;
-use crate::select::{Addition, ERRORS};
+use crate::select::Addition;
+use crate::shortlist::ERRORS;
 use crate::workshop::{Observer, Workshop, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 

@@ -3,7 +3,8 @@
 use crate::effects::Variant;
 use crate::model::Model;
 use crate::quadratic::Quadratic;
-use crate::select::{ERRORS, FLOOR};
+use crate::select::FLOOR;
+use crate::shortlist::ERRORS;
 use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent};
 use gonio_fit::{Options, Space};

@@ -21,13 +21,17 @@ mod options;
 mod overlay;
 pub mod probe;
 mod quadratic;
+mod ranking;
 mod reduced;
 mod refit;
 mod result;
 pub mod score;
 mod search;
 mod select;
+mod shortlist;
 mod structure;
+mod trial;
+pub mod variant;
 mod workshop;
 
 pub use diagnose::{Diagnosed, diagnose};

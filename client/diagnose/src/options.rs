@@ -127,7 +127,7 @@ impl Options {
         gonio_fit::Options {
             min_samples: self.search_samples(),
             difference_samples: self.search_samples().min(if searched { 4 } else { 16 }),
-            forward_samples: self.search_samples().min(16),
+            forward_samples: self.search_samples(),
             max_iterations: Some(if searched { 5 } else { 12 }),
             tolerance: 0.1,
             ..self.base_fit()

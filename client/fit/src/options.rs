@@ -140,7 +140,7 @@ impl Options {
                 );
             }
         }
-        if self.forward_samples % 2 != 0 {
+        if !self.forward_samples.is_multiple_of(2) {
             return refuse(
                 "forward_samples",
                 self.forward_samples.to_string(),

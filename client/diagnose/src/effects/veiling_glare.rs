@@ -7,6 +7,9 @@ use super::{Direction, Effect, Family, Variant};
 
 const STEP: f64 = 0.05;
 
+/// Pixels: what spreads light less far is no veil but the lens' blur, which defocus stands for.
+const NARROWEST: f64 = 1.5;
+
 /// The catalogue's entry.
 pub const EFFECT: Effect = Effect {
     name: "veiling-glare",
@@ -28,6 +31,7 @@ pub const EFFECT: Effect = Effect {
                 );
                 Variant::of(format!("width {pixels:.0} px"), vec![fraction])
                     .nuisance("camera.glare_width".to_owned(), pixels)
+                    .only_above("camera.glare_width".to_owned(), NARROWEST)
             })
             .collect()
     },

@@ -1,0 +1,110 @@
+//! The score pass of a model: every effect of the catalogue, most promising first.
+
+use crate::context::Context;
+use crate::effects::Effect;
+use crate::model::Model;
+use crate::options::{FORWARD, SCORE_DIFFERENCES};
+use crate::overlay::Overlay;
+use crate::probe::{Candidate, Probe};
+use crate::score::{Score, scores};
+use crate::workshop::{Observer, Workshop, evaluate};
+use crate::{DiagnoseError, DiagnoseEvent, Options};
+use gonio_scene::{Assets, EvaluationRequest, Output, PhotoStatistics};
+use std::collections::BTreeSet;
+
+/// An effect that promises less than this part of what matters, beside another, is not looked at again.
+const WORTH: f64 = 0.25;
+/// Chi-square per observation that noise alone has at least: a sensor may be less noisy than the capture says, here by a tenth.
+const NOISE: f64 = 0.8;
+/// A gain is broad if it is so many times what matters, as the photos of an effect that is strong in some and weak in others
+/// scatter by nature.
+pub const LARGE: f64 = 4.0;
+
+/// What one score pass has found.
+pub struct Ranking {
+    probe: Probe,
+    /// The most promising variant of each effect, most promising first.
+    pub best: Vec<Score>,
+    /// The model's own deviances of photos left out, of the same samples as the extensions that are compared with it.
+    pub here: Vec<f64>,
+    photos: Vec<PhotoStatistics>,
+    /// Gain per observation that matters.
+    pub least: f64,
+}
+
+impl Ranking {
+    /// The candidate of a score.
+    pub fn candidate(&self, score: &Score) -> &Candidate {
+        &self.probe.candidates[score.candidate]
+    }
+
+    /// The effects that may yet matter beside one that explains its part, judged from the same derivatives: only these need
+    /// another pass. None does where all that is left is too little.
+    pub fn left_beside(&self, score: &Score, there: &Model) -> Vec<&'static Effect> {
+        if there.reduced_chi_square() - NOISE < self.least {
+            return Vec::new();
+        }
+        let (found, dispersion) = (self.candidate(score), there.dispersion());
+        let beside = scores(&self.probe, &self.photos, dispersion, Some(found));
+        let promising = beside.iter().filter(|s| s.promise > WORTH * self.least).map(|s| self.candidate(s).effect);
+        let mut left: Vec<&'static Effect> = Vec::new();
+        for effect in promising {
+            if effect.name != found.effect.name && !left.iter().any(|known| known.name == effect.name) {
+                left.push(effect);
+            }
+        }
+        left
+    }
+
+    /// What an observer is told.
+    pub fn event(&self, model: &Model) -> DiagnoseEvent {
+        let ranking = self.best.iter().map(|s| (self.candidate(s).effect.name.to_owned(), s.promise)).collect();
+        DiagnoseEvent::Ranked { ranking, reduced_chi_square: model.reduced_chi_square() }
+    }
+
+    /// At most `most` effects that promise what matters, by more than `chance`.
+    pub fn shortlist(&self, chance: f64, most: usize) -> Vec<&Score> {
+        let promises = |s: &&Score| {
+            let broad = s.promise > 0.8 * s.cross_error || s.promise > LARGE * self.least;
+            s.promise > self.least && broad && s.p_value < chance
+        };
+        self.best.iter().filter(promises).take(most).collect()
+    }
+}
+
+/// One score pass of a model.
+///
+/// # Errors
+/// A patch that the format refuses, an evaluation that fails, a cancellation.
+pub fn rank(
+    model: &Model,
+    effects: &[&'static Effect],
+    least: f64,
+    options: &Options,
+    workshop: &dyn Workshop,
+    observer: &mut Observer<'_>,
+) -> Result<Ranking, DiagnoseError> {
+    let assets = Assets::load(&model.capture, &Overlay { files: workshop.files(), added: &model.files })?;
+    let context = Context::new(&model.capture, &assets, model.peak());
+    let probe = Probe::new(&context, effects)?;
+    let files: Vec<_> = model.files.iter().chain(&probe.files).cloned().collect();
+    let mut farm = workshop.open(&probe.capture, &files)?;
+    let request = EvaluationRequest {
+        columns: probe.columns.clone(),
+        photos: (0..probe.capture.targets().count()).collect(),
+        samples: options.search_samples(),
+        difference_samples: SCORE_DIFFERENCES.min(options.search_samples()),
+        forward_samples: FORWARD.min(options.search_samples()),
+        // The refits' seed: their deviances are compared with this one's, so that both see the same render noise.
+        seed: options.seed,
+        output: Output::Statistics,
+        ..EvaluationRequest::default()
+    };
+    let found = evaluate(farm.as_mut(), &request, observer)?;
+    let mut all = scores(&probe, &found.photos, model.dispersion(), None);
+    all.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+    let mut seen = BTreeSet::new();
+    all.retain(|score| seen.insert(probe.candidates[score.candidate].effect.name));
+    let here = model.left_out_of(&found.photos);
+    Ok(Ranking { probe, best: all, here, photos: found.photos, least })
+}

@@ -1,0 +1,121 @@
+//! The most promising effects, each fitted beside the model.
+
+use crate::effects::Effect;
+use crate::model::Model;
+use crate::ranking::{LARGE, Ranking};
+use crate::refit::refit;
+use crate::score::Score;
+use crate::trial::{Trial, refuse};
+use crate::workshop::{Observer, Workshop, tell};
+use crate::{DiagnoseError, DiagnoseEvent, Options};
+
+/// A gain must exceed so many of its standard errors between photos: one photo alone that gains is one of them, two of six
+/// alike are 1.58. Chance has no part in it, [`FLOOR`] sees to that; a mishap of one photo has.
+pub const ERRORS: f64 = 1.45;
+/// See [`LARGE`].
+const MAJORITY: f64 = 0.66;
+/// Where a fitted effect leaves less than this part of the misfit above the noise, no place is searched for another.
+const ENOUGH: f64 = 0.1;
+/// A rival that reaches this part of the best's gain, or all but this many standard errors of the difference, is not
+/// rejected.
+const RIVAL: f64 = 0.93;
+
+/// One that comes closer to the fitted photos than the best does is not rejected from this part of its gain on: that a photo
+/// left out is predicted worse may be the quadratic's fault.
+const CLOSER: f64 = 0.5;
+
+/// A model extended by one effect.
+pub struct Fitted<'r> {
+    /// The effect.
+    pub effect: &'static Effect,
+    /// What promised it.
+    pub score: &'r Score,
+    /// The model.
+    pub model: Model,
+    /// Decrease of left-out deviance per observation.
+    pub gain: f64,
+    /// Its standard error between photos.
+    pub error: f64,
+}
+
+impl Fitted<'_> {
+    /// Whether the gain is large enough, and no accident of few photos; `here` is the model's before.
+    pub fn matters(&self, least: f64, here: &[f64]) -> bool {
+        let broad = self.gain >= LARGE * least && self.model.share_over(here) >= MAJORITY;
+        self.gain >= least && (self.gain >= ERRORS * self.error || broad)
+    }
+
+    /// Whether it explains about as much as the best.
+    pub fn rivals(&self, best: &Self) -> bool {
+        let (behind, error) = best.model.gain_over(&self.model.left_out);
+        let closer = self.model.reduced_chi_square() < best.model.reduced_chi_square();
+        self.gain > RIVAL * best.gain
+            || behind < 2.0 * error && self.gain > 0.7 * best.gain
+            || closer && self.gain > CLOSER * best.gain
+    }
+}
+
+/// Fits the effects of a shortlist, each added to the model alone; says of the others why not.
+///
+/// # Errors
+/// A cancellation.
+pub fn fit_shortlist<'r>(
+    model: &Model,
+    ranking: &'r Ranking,
+    short: &[&'r Score],
+    options: &Options,
+    workshop: &dyn Workshop,
+    trials: &mut [Trial],
+    observer: &mut Observer<'_>,
+) -> Result<Vec<Fitted<'r>>, DiagnoseError> {
+    let mut fitted: Vec<Fitted<'r>> = Vec::new();
+    let searched = |score: &Score| !ranking.candidate(score).variant.search.is_empty();
+    let excess = |model: &Model| (model.reduced_chi_square() - 1.0).max(0.0);
+    // A search is dear: who needs none comes first.
+    let (later, first): (Vec<&Score>, Vec<&Score>) = short.iter().partition(|s| searched(s));
+    for score in first.into_iter().chain(later) {
+        // One that promises far less than the best already delivers need not be tried.
+        let best = fitted.iter().map(|f| f.gain).fold(0.0, f64::max);
+        if score.promise < 0.25 * best {
+            continue;
+        }
+        let candidate = ranking.candidate(score);
+        let (effect, variant) = (candidate.effect, &candidate.variant);
+        if searched(score) && fitted.iter().any(|f| excess(&f.model) < ENOUGH * excess(model)) {
+            refuse(
+                trials,
+                effect.name,
+                "its place was not searched, as another effect that has none explains what there is",
+            );
+            continue;
+        }
+        tell(observer, &DiagnoseEvent::Stage { text: format!("fitting {} {}", effect.name, variant.label) })?;
+        let there = match refit(model, candidate, score, ranking.least, &options.refit(), workshop, observer) {
+            Ok(Some(there)) => there,
+            Ok(None) => {
+                refuse(trials, effect.name, "stands at no place that explains more");
+                continue;
+            }
+            Err(DiagnoseError::Cancelled) => return Err(DiagnoseError::Cancelled),
+            Err(error) => {
+                refuse(trials, effect.name, &format!("its fit failed: {error}"));
+                continue;
+            }
+        };
+        if let Some((name, value, least)) = variant.strayed(&there.capture.numbers()) {
+            let why = format!("its fit ends where it would be another effect: {name} at {value:.2}, below {least}");
+            refuse(trials, effect.name, &why);
+            continue;
+        }
+        let (gain, error) = there.gain_over(&ranking.here);
+        let refitted = DiagnoseEvent::Refitted {
+            effect: effect.name.to_owned(),
+            gain,
+            standard_error: error,
+            reduced_chi_square: there.reduced_chi_square(),
+        };
+        tell(observer, &refitted)?;
+        fitted.push(Fitted { effect, score, model: there, gain, error });
+    }
+    Ok(fitted)
+}

@@ -10,7 +10,7 @@ const MOST_SAMPLES: u64 = 16_000_000;
 pub(crate) const SCORE_DIFFERENCES: u32 = 4;
 /// Samples per pixel of derivatives that are carried along the paths, at most, in the score pass and in the fits that are compared
 /// with each other: there are a hundred of them, and what was said of the differences' noise holds of theirs.
-pub(crate) const FORWARD: u32 = 8;
+pub(crate) const FORWARD: u32 = 16;
 /// Samples per pixel, however many pixels there are.
 const FEWEST_SAMPLES: u32 = 8;
 

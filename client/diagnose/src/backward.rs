@@ -1,12 +1,14 @@
 //! The backward check: what was added first may be needless once the rest is there, as when one effect stood in for another.
 
+use crate::advance::Advance;
 use crate::model::Model;
 use crate::select::Addition;
 use crate::shortlist::ERRORS;
 use crate::workshop::{Observer, Workshop, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 
-/// Tries to drop each part but the last, and drops what gains less than `least` or no more than chance; returns the model and the names of what it dropped.
+/// Tries to drop each part but the last, and drops what gains less than `least` or no more than chance; returns the model and the
+/// names of what it dropped.
 ///
 /// # Errors
 /// A fit that fails, a cancellation.
@@ -24,7 +26,7 @@ pub fn backward(
         let name = model.parts[k].effect.name;
         tell(observer, &DiagnoseEvent::Stage { text: format!("fitting without {name}") })?;
         let smaller = without(&model, k, options, workshop, observer)?;
-        let (gain, error) = model.gain_over(&smaller.left_out);
+        let (gain, error) = Advance::new(&smaller, &model, options, workshop, observer)?.gain();
         if gain < least || gain < ERRORS * error {
             model = smaller;
             additions.remove(k);

@@ -5,6 +5,7 @@
 //! promise most, adds what survives cross-validation between photos, and judges the outcome on photos that nothing
 //! before has read. Like a fit, it knows nothing of where a photo is rendered: it takes a [`Workshop`].
 
+mod advance;
 mod backward;
 pub mod context;
 pub mod covariates;

@@ -10,6 +10,9 @@ use gonio_fit::{Evaluate, FitError, FitResult, Options, Space};
 use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
 use std::ops::ControlFlow;
 
+/// Times the samples that models are compared with, where the render's noise would decide.
+const MORE: u32 = 4;
+
 /// An effect that is part of a model.
 #[derive(Debug, Clone)]
 pub struct Part {
@@ -52,21 +55,30 @@ impl Model {
         let capture = fit.apply(capture)?;
         if fit.samples < options.max_samples {
             // Chi-squares compare only between equal samples, and a fit may end with fewer.
-            let space = Space::new(&capture, &[])?;
-            let request = EvaluationRequest {
-                numbers: space.numbers(space.start()),
-                columns: space.columns(space.start()),
-                photos: (0..capture.targets().count()).collect(),
-                samples: options.max_samples,
-                difference_samples: options.difference_samples,
-                forward_samples: options.forward_samples,
-                seed: options.seed,
-                output: Output::Statistics,
-            };
-            fit.photos = evaluate(farm.as_mut(), &request, observer)?.photos;
+            fit.photos = statistics(&capture, options, 1, farm.as_mut(), observer)?;
         }
         let left_out = left_out(&capture, &fit, &fit.photos, 0);
         Ok(Self { capture, files, parts, fit, left_out })
+    }
+
+    /// The same, compared by [`MORE`] times the samples.
+    ///
+    /// # Errors
+    /// An evaluation that fails or is cancelled.
+    pub fn by_more_samples(
+        &self,
+        options: &Options,
+        workshop: &dyn Workshop,
+        observer: &mut Observer<'_>,
+    ) -> Result<Self, DiagnoseError> {
+        let mut farm = workshop.open(&self.capture, &self.files)?;
+        Ok(self.with_statistics(statistics(&self.capture, options, MORE, farm.as_mut(), observer)?))
+    }
+
+    /// The render's share of the noise that photos are weighed by.
+    #[must_use]
+    pub fn render_share(&self) -> f64 {
+        gonio_fit::Normal::new(&self.fit.photos, &[]).render_share()
     }
 
     /// Pixels times channels of the fitted photos.
@@ -85,7 +97,7 @@ impl Model {
     /// channels share, adds to the sensor's.
     #[must_use]
     pub fn dispersion(&self) -> f64 {
-        1.0 + 2.0 * gonio_fit::Normal::new(&self.fit.photos, &[]).render_share()
+        1.0 + 2.0 * self.render_share()
     }
 
     /// Chi-square per observation of the fitted photos, at the samples that models are compared with.
@@ -100,25 +112,43 @@ impl Model {
         cross::gain(before, &self.left_out, self.observations())
     }
 
-    /// Part of the photos whose deviance, when left out, is below `before`.
+    /// The same model by other statistics at its values, whose first columns are its own.
     #[must_use]
-    pub fn share_over(&self, before: &[f64]) -> f64 {
-        let better = self.left_out.iter().zip(before).filter(|(after, before)| after < before).count();
-        better as f64 / self.left_out.len().max(1) as f64
+    pub fn with_statistics(&self, photos: Vec<PhotoStatistics>) -> Self {
+        let mut model = self.clone();
+        model.left_out = left_out(&model.capture, &model.fit, &photos, 0);
+        model.fit.photos = photos;
+        model
     }
 
-    /// Each photo's deviance when fitted to the others, from other statistics at this model's values, whose first
-    /// columns are its own.
-    #[must_use]
-    pub fn left_out_of(&self, photos: &[PhotoStatistics]) -> Vec<f64> {
-        self.left_out_with(photos, 0)
-    }
-
-    /// The same where the `further` columns after its own are fitted as well.
+    /// Each photo's deviance when fitted to the others, from other statistics at this model's values, whose first columns are
+    /// its own; the `further` columns after these are fitted as well.
     #[must_use]
     pub fn left_out_with(&self, photos: &[PhotoStatistics], further: usize) -> Vec<f64> {
         left_out(&self.capture, &self.fit, photos, further)
     }
+}
+
+/// Statistics of a capture's photos at its own values, by so many times the samples that models are compared with.
+fn statistics(
+    capture: &Capture,
+    options: &Options,
+    times: u32,
+    farm: &mut dyn Evaluate,
+    observer: &mut Observer<'_>,
+) -> Result<Vec<PhotoStatistics>, DiagnoseError> {
+    let space = Space::new(capture, &[])?;
+    let request = EvaluationRequest {
+        numbers: space.numbers(space.start()),
+        columns: space.columns(space.start()),
+        photos: (0..capture.targets().count()).collect(),
+        samples: times * options.max_samples,
+        difference_samples: times * options.difference_samples,
+        forward_samples: times * options.forward_samples,
+        seed: options.seed,
+        output: Output::Statistics,
+    };
+    Ok(evaluate(farm, &request, observer)?.photos)
 }
 
 /// Fits a capture under the observer's eyes.
@@ -149,5 +179,13 @@ fn left_out(capture: &Capture, fit: &FitResult, photos: &[PhotoStatistics], furt
         let prefix = name.map(|n| format!("photo.{n}."));
         prefix.is_some_and(|p| fit.parameters.get(column).is_some_and(|e| e.name.starts_with(&p)))
     };
-    cross::left_out(photos, fit.parameters.len() + further, &own)
+    let mut deviances = cross::left_out(photos, fit.parameters.len() + further, &own);
+    if further == 0 {
+        // At a fit's optimum none is predicted better by the others than where it was fitted along; what says so is noise in
+        // the derivatives of few samples, whose products are no squares.
+        for (deviance, p) in deviances.iter_mut().zip(photos) {
+            *deviance = deviance.max(p.chi_square + p.log_variance);
+        }
+    }
+    deviances
 }

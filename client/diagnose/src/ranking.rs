@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::options::{FORWARD, SCORE_DIFFERENCES};
 use crate::overlay::Overlay;
 use crate::probe::{Candidate, Probe};
-use crate::score::{Score, scores};
+use crate::score::{MANY, Score, scores};
 use crate::workshop::{Observer, Workshop, evaluate};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 use gonio_scene::{Assets, EvaluationRequest, Output, PhotoStatistics};
@@ -25,8 +25,8 @@ pub struct Ranking {
     probe: Probe,
     /// The most promising variant of each effect, most promising first.
     pub best: Vec<Score>,
-    /// The model's own deviances of photos left out, of the same samples as the extensions that are compared with it.
-    pub here: Vec<f64>,
+    /// The model, by the same samples as the extensions that are compared with it.
+    pub before: Model,
     photos: Vec<PhotoStatistics>,
     /// Gain per observation that matters.
     pub least: f64,
@@ -62,13 +62,20 @@ impl Ranking {
         DiagnoseEvent::Ranked { ranking, reduced_chi_square: model.reduced_chi_square() }
     }
 
-    /// At most `most` effects that promise what matters, by more than `chance`.
+    /// At most `most` effects that promise what matters, by more than `chance`; one of few directions is among them if there
+    /// is any, as a pattern of many may follow whatever it likes.
     pub fn shortlist(&self, chance: f64, most: usize) -> Vec<&Score> {
         let promises = |s: &&Score| {
             let broad = s.promise > 0.8 * s.cross_error || s.promise > LARGE * self.least;
             s.promise > self.least && broad && s.p_value < chance
         };
-        self.best.iter().filter(promises).take(most).collect()
+        let all: Vec<&Score> = self.best.iter().filter(promises).collect();
+        let plain = |s: &&Score| self.candidate(s).variant.directions.len() < MANY;
+        let mut short: Vec<&Score> = all.iter().copied().take(most).collect();
+        if !short.iter().any(plain) {
+            short.extend(all.iter().copied().find(|s| plain(s)));
+        }
+        short
     }
 }
 
@@ -105,6 +112,6 @@ pub fn rank(
     all.sort_by(|a, b| b.promise.total_cmp(&a.promise));
     let mut seen = BTreeSet::new();
     all.retain(|score| seen.insert(probe.candidates[score.candidate].effect.name));
-    let here = model.left_out_of(&found.photos);
-    Ok(Ranking { probe, best: all, here, photos: found.photos, least })
+    let before = model.with_statistics(found.photos.clone());
+    Ok(Ranking { probe, best: all, before, photos: found.photos, least })
 }

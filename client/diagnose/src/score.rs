@@ -18,7 +18,7 @@ pub const HOPE: f64 = 0.5;
 const UNDECIDED: f64 = 0.5;
 
 /// So many directions are many.
-const MANY: usize = 10;
+pub const MANY: usize = 10;
 
 /// What the derivatives at the null say about one candidate.
 #[derive(Debug, Clone)]

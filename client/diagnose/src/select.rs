@@ -67,16 +67,17 @@ pub fn select(
         }
         let short = ranking.shortlist(chance, options.shortlist);
         let mut fitted = fit_shortlist(&model, &ranking, &short, options, workshop, &mut trials, observer)?;
-        fitted.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        fitted.sort_by(|a, b| b.advance.gain().0.total_cmp(&a.advance.gain().0));
         let beside = Beside::of(&model, options);
         let matters = |f: &Fitted<'_>| match &beside {
-            Some(beside) => beside.matters(&ranking.here, &f.model.left_out),
-            None => f.matters(least, &ranking.here),
+            Some(beside) => beside.matters(&ranking.before.left_out, &f.model.left_out),
+            None => f.matters(least),
         };
         let best = fitted.iter().position(matters).map(|i| fitted.remove(i));
-        for Fitted { effect, gain, error, .. } in &fitted {
+        for Fitted { effect, advance, .. } in &fitted {
+            let (gain, error) = advance.gain();
             let why = match &best {
-                Some(best) => format!("gains {gain:.4} when fitted, another {:.4}", best.gain),
+                Some(best) => format!("gains {gain:.4} when fitted, another {:.4}", best.advance.gain().0),
                 None => format!("gains {gain:.4} (standard error {error:.4}) when fitted; {least:.4} would matter"),
             };
             refuse(&mut trials, effect.name, &why);

@@ -1,5 +1,6 @@
 //! The most promising effects, each fitted beside the model.
 
+use crate::advance::Advance;
 use crate::effects::Effect;
 use crate::model::Model;
 use crate::ranking::{LARGE, Ranking};
@@ -32,26 +33,24 @@ pub struct Fitted<'r> {
     pub score: &'r Score,
     /// The model.
     pub model: Model,
-    /// Decrease of left-out deviance per observation.
-    pub gain: f64,
-    /// Its standard error between photos.
-    pub error: f64,
+    /// How much better it predicts than the model before.
+    pub advance: Advance,
 }
 
 impl Fitted<'_> {
-    /// Whether the gain is large enough, and no accident of few photos; `here` is the model's before.
-    pub fn matters(&self, least: f64, here: &[f64]) -> bool {
-        let broad = self.gain >= LARGE * least && self.model.share_over(here) >= MAJORITY;
-        self.gain >= least && (self.gain >= ERRORS * self.error || broad)
+    /// Whether the gain is large enough, and no accident of few photos.
+    pub fn matters(&self, least: f64) -> bool {
+        let (gain, error) = self.advance.gain();
+        let broad = gain >= LARGE * least && self.advance.share() >= MAJORITY;
+        gain >= least && (gain >= ERRORS * error || broad)
     }
 
     /// Whether it explains about as much as the best.
     pub fn rivals(&self, best: &Self) -> bool {
-        let (behind, error) = best.model.gain_over(&self.model.left_out);
-        let closer = self.model.reduced_chi_square() < best.model.reduced_chi_square();
-        self.gain > RIVAL * best.gain
-            || behind < 2.0 * error && self.gain > 0.7 * best.gain
-            || closer && self.gain > CLOSER * best.gain
+        let (own, most) = (self.advance.gain().0, best.advance.gain().0);
+        let (behind, error) = best.advance.gain_over(&self.advance);
+        let closer = self.advance.fall > best.advance.fall;
+        own > RIVAL * most || behind < 2.0 * error && own > 0.7 * most || closer && own > CLOSER * most
     }
 }
 
@@ -75,7 +74,7 @@ pub fn fit_shortlist<'r>(
     let (later, first): (Vec<&Score>, Vec<&Score>) = short.iter().partition(|s| searched(s));
     for score in first.into_iter().chain(later) {
         // One that promises far less than the best already delivers need not be tried.
-        let best = fitted.iter().map(|f| f.gain).fold(0.0, f64::max);
+        let best = fitted.iter().map(|f| f.advance.gain().0).fold(0.0, f64::max);
         if score.promise < 0.25 * best {
             continue;
         }
@@ -107,7 +106,8 @@ pub fn fit_shortlist<'r>(
             refuse(trials, effect.name, &why);
             continue;
         }
-        let (gain, error) = there.gain_over(&ranking.here);
+        let advance = Advance::new(&ranking.before, &there, options, workshop, observer)?;
+        let (gain, error) = advance.gain();
         let refitted = DiagnoseEvent::Refitted {
             effect: effect.name.to_owned(),
             gain,
@@ -115,7 +115,7 @@ pub fn fit_shortlist<'r>(
             reduced_chi_square: there.reduced_chi_square(),
         };
         tell(observer, &refitted)?;
-        fitted.push(Fitted { effect, score, model: there, gain, error });
+        fitted.push(Fitted { effect, score, model: there, advance });
     }
     Ok(fitted)
 }

@@ -1,9 +1,8 @@
 //! The backward check: what was added first may be needless once the rest is there, as when one effect stood in for another.
 
-use crate::advance::Advance;
+use crate::advance::{Advance, ERRORS};
 use crate::model::Model;
 use crate::select::Addition;
-use crate::shortlist::ERRORS;
 use crate::workshop::{Observer, Workshop, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 
@@ -26,7 +25,8 @@ pub fn backward(
         let name = model.parts[k].effect.name;
         tell(observer, &DiagnoseEvent::Stage { text: format!("fitting without {name}") })?;
         let smaller = without(&model, k, options, workshop, observer)?;
-        let (gain, error) = Advance::new(&smaller, &model, options, workshop, observer)?.gain();
+        let advance = Advance::new(&smaller, &model, least, options, workshop, observer)?;
+        let (gain, error) = advance.gain();
         if gain < least || gain < ERRORS * error {
             model = smaller;
             additions.remove(k);

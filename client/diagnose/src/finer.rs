@@ -1,10 +1,10 @@
 //! How fine a pattern the photos support: a variation's finer coefficients, judged from one evaluation at the coarse optimum.
 
+use crate::advance::ERRORS;
 use crate::effects::Variant;
 use crate::model::Model;
 use crate::quadratic::Quadratic;
 use crate::select::FLOOR;
-use crate::shortlist::ERRORS;
 use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent};
 use gonio_fit::{Options, Space};

@@ -15,6 +15,7 @@ pub mod effects;
 mod error;
 mod event;
 mod finer;
+mod folds;
 mod judge;
 mod measured;
 mod model;

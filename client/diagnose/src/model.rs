@@ -10,9 +10,6 @@ use gonio_fit::{Evaluate, FitError, FitResult, Options, Space};
 use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
 use std::ops::ControlFlow;
 
-/// Times the samples that models are compared with, where the render's noise would decide.
-const MORE: u32 = 4;
-
 /// An effect that is part of a model.
 #[derive(Debug, Clone)]
 pub struct Part {
@@ -55,24 +52,26 @@ impl Model {
         let capture = fit.apply(capture)?;
         if fit.samples < options.max_samples {
             // Chi-squares compare only between equal samples, and a fit may end with fewer.
-            fit.photos = statistics(&capture, options, 1, farm.as_mut(), observer)?;
+            fit.photos = statistics(&capture, &all(&capture), true, 1, options, farm.as_mut(), observer)?;
         }
         let left_out = left_out(&capture, &fit, &fit.photos, 0);
         Ok(Self { capture, files, parts, fit, left_out })
     }
 
-    /// The same, compared by [`MORE`] times the samples.
+    /// The same, by `times` the samples that models are compared with.
     ///
     /// # Errors
     /// An evaluation that fails or is cancelled.
     pub fn by_more_samples(
         &self,
+        times: u32,
         options: &Options,
         workshop: &dyn Workshop,
         observer: &mut Observer<'_>,
     ) -> Result<Self, DiagnoseError> {
         let mut farm = workshop.open(&self.capture, &self.files)?;
-        Ok(self.with_statistics(statistics(&self.capture, options, MORE, farm.as_mut(), observer)?))
+        let photos = statistics(&self.capture, &all(&self.capture), true, times, options, farm.as_mut(), observer)?;
+        Ok(self.with_statistics(photos))
     }
 
     /// The render's share of the noise that photos are weighed by.
@@ -129,19 +128,27 @@ impl Model {
     }
 }
 
-/// Statistics of a capture's photos at its own values, by so many times the samples that models are compared with.
-fn statistics(
+/// Indices of all of a capture's targets.
+fn all(capture: &Capture) -> Vec<usize> {
+    (0..capture.targets().count()).collect()
+}
+
+/// Statistics of some of a capture's photos at its own values, by `times` the samples that models are compared with; with the
+/// derivatives of its free parameters if these are `wanted`.
+pub(crate) fn statistics(
     capture: &Capture,
-    options: &Options,
+    photos: &[usize],
+    wanted: bool,
     times: u32,
+    options: &Options,
     farm: &mut dyn Evaluate,
     observer: &mut Observer<'_>,
 ) -> Result<Vec<PhotoStatistics>, DiagnoseError> {
     let space = Space::new(capture, &[])?;
     let request = EvaluationRequest {
         numbers: space.numbers(space.start()),
-        columns: space.columns(space.start()),
-        photos: (0..capture.targets().count()).collect(),
+        columns: if wanted { space.columns(space.start()) } else { Vec::new() },
+        photos: photos.to_vec(),
         samples: times * options.max_samples,
         difference_samples: times * options.difference_samples,
         forward_samples: times * options.forward_samples,

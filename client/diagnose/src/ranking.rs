@@ -1,5 +1,6 @@
 //! The score pass of a model: every effect of the catalogue, most promising first.
 
+use crate::advance::LARGE;
 use crate::context::Context;
 use crate::effects::Effect;
 use crate::model::Model;
@@ -16,10 +17,6 @@ use std::collections::BTreeSet;
 const WORTH: f64 = 0.25;
 /// Chi-square per observation that noise alone has at least: a sensor may be less noisy than the capture says, here by a tenth.
 const NOISE: f64 = 0.8;
-/// A gain is broad if it is so many times what matters, as the photos of an effect that is strong in some and weak in others
-/// scatter by nature.
-pub const LARGE: f64 = 4.0;
-
 /// What one score pass has found.
 pub struct Ranking {
     probe: Probe,

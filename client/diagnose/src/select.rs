@@ -71,7 +71,7 @@ pub fn select(
         let beside = Beside::of(&model, options);
         let matters = |f: &Fitted<'_>| match &beside {
             Some(beside) => beside.matters(&ranking.before.left_out, &f.model.left_out),
-            None => f.matters(least),
+            None => f.advance.matters(least),
         };
         let best = fitted.iter().position(matters).map(|i| fitted.remove(i));
         for Fitted { effect, advance, .. } in &fitted {

@@ -3,18 +3,13 @@
 use crate::advance::Advance;
 use crate::effects::Effect;
 use crate::model::Model;
-use crate::ranking::{LARGE, Ranking};
+use crate::ranking::Ranking;
 use crate::refit::refit;
 use crate::score::Score;
 use crate::trial::{Trial, refuse};
 use crate::workshop::{Observer, Workshop, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 
-/// A gain must exceed so many of its standard errors between photos: one photo alone that gains is one of them, two of six
-/// alike are 1.58. Chance has no part in it, [`FLOOR`] sees to that; a mishap of one photo has.
-pub const ERRORS: f64 = 1.45;
-/// See [`LARGE`].
-const MAJORITY: f64 = 0.66;
 /// Where a fitted effect leaves less than this part of the misfit above the noise, no place is searched for another.
 const ENOUGH: f64 = 0.1;
 /// A rival that reaches this part of the best's gain, or all but this many standard errors of the difference, is not
@@ -38,13 +33,6 @@ pub struct Fitted<'r> {
 }
 
 impl Fitted<'_> {
-    /// Whether the gain is large enough, and no accident of few photos.
-    pub fn matters(&self, least: f64) -> bool {
-        let (gain, error) = self.advance.gain();
-        let broad = gain >= LARGE * least && self.advance.share() >= MAJORITY;
-        gain >= least && (gain >= ERRORS * error || broad)
-    }
-
     /// Whether it explains about as much as the best.
     pub fn rivals(&self, best: &Self) -> bool {
         let (own, most) = (self.advance.gain().0, best.advance.gain().0);
@@ -106,7 +94,7 @@ pub fn fit_shortlist<'r>(
             refuse(trials, effect.name, &why);
             continue;
         }
-        let advance = Advance::new(&ranking.before, &there, options, workshop, observer)?;
+        let advance = Advance::new(&ranking.before, &there, ranking.least, options, workshop, observer)?;
         let (gain, error) = advance.gain();
         let refitted = DiagnoseEvent::Refitted {
             effect: effect.name.to_owned(),

@@ -1,0 +1,109 @@
+//! How much better a model predicts photos left out than the one before it.
+
+use crate::cross::per_observation;
+use crate::folds;
+use crate::model::Model;
+use crate::workshop::{Observer, Workshop};
+use crate::{DiagnoseError, Options};
+
+/// A render is noisier than another where this much more of the noise in the weights is its own.
+const NOISIER: f64 = 0.02;
+/// Times the samples that models are compared with, where the render's noise would decide.
+const MORE: u32 = 4;
+/// A gain must exceed so many of its standard errors between photos: one photo alone that gains is one of them, two of six
+/// alike are 1.58. Chance has no part in it, [`crate::select::FLOOR`] sees to that; a mishap of one photo has.
+pub const ERRORS: f64 = 1.45;
+/// A gain is broad if it is so many times what matters, as the photos of an effect that is strong in some and weak in others
+/// scatter by nature, and this part of the photos is predicted better. A chi-square that falls by so much deserves a second look.
+pub const LARGE: f64 = 4.0;
+/// See [`LARGE`].
+const MAJORITY: f64 = 0.66;
+
+/// From one model to the next, by the same samples of both.
+#[derive(Debug, Clone)]
+pub struct Advance {
+    /// By photo: its deviance before, when it is left out.
+    before: Vec<f64>,
+    /// The same after.
+    there: Vec<f64>,
+    observations: u64,
+    /// Decrease of the fitted photos' chi-square per observation.
+    pub fall: f64,
+}
+
+impl Advance {
+    /// From `before` to `there`, both known by equally many samples; `least` is the gain that matters.
+    ///
+    /// Where the render of `there` is noisier, both are rendered anew by more samples: a deviance charges for the render's noise
+    /// as well, which is no fault of what the model says. And where the fitted photos speak for `there` but the quadratic that
+    /// predicts the photos left out does not, fits have to tell.
+    ///
+    /// # Errors
+    /// An evaluation or fit that fails, a cancellation.
+    pub fn new(
+        before: &Model,
+        there: &Model,
+        least: f64,
+        options: &Options,
+        workshop: &dyn Workshop,
+        observer: &mut Observer<'_>,
+    ) -> Result<Self, DiagnoseError> {
+        let options = options.refit();
+        let noisier = there.render_share() >= before.render_share() + NOISIER;
+        let times = if noisier { MORE } else { 1 };
+        let mut advance = if noisier {
+            let before = before.by_more_samples(times, &options, workshop, observer)?;
+            let there = there.by_more_samples(times, &options, workshop, observer)?;
+            Self::between(&before, &there)
+        } else {
+            Self::between(before, there)
+        };
+        if advance.fall >= LARGE * least
+            && !advance.matters(least)
+            && let Some(left_out) = folds::left_out(there, times, &options, workshop, observer)?
+        {
+            advance.there = left_out;
+        }
+        Ok(advance)
+    }
+
+    /// Whether the gain is large enough, and no accident of few photos.
+    #[must_use]
+    pub fn matters(&self, least: f64) -> bool {
+        let (gain, error) = self.gain();
+        let broad = gain >= LARGE * least && self.share() >= MAJORITY;
+        gain >= least && (gain >= ERRORS * error || broad)
+    }
+
+    fn between(before: &Model, there: &Model) -> Self {
+        Self {
+            before: before.left_out.clone(),
+            there: there.left_out.clone(),
+            observations: there.observations(),
+            fall: before.reduced_chi_square() - there.reduced_chi_square(),
+        }
+    }
+
+    /// Decrease of left-out deviance per observation, and its standard error between photos.
+    #[must_use]
+    pub fn gain(&self) -> (f64, f64) {
+        per_observation(&self.gains().collect::<Vec<_>>(), self.observations)
+    }
+
+    /// The same beyond another advance from the same model.
+    #[must_use]
+    pub fn gain_over(&self, other: &Self) -> (f64, f64) {
+        let each: Vec<f64> = self.gains().zip(other.gains()).map(|(own, other)| own - other).collect();
+        per_observation(&each, self.observations)
+    }
+
+    /// Part of the photos that are predicted better.
+    fn share(&self) -> f64 {
+        self.gains().filter(|gain| *gain > 0.0).count() as f64 / self.before.len().max(1) as f64
+    }
+
+    /// By photo: decrease of its deviance when it is left out.
+    fn gains(&self) -> impl Iterator<Item = f64> + '_ {
+        self.before.iter().zip(&self.there).map(|(before, there)| before - there)
+    }
+}

@@ -58,9 +58,16 @@ impl Advance {
         } else {
             Self::between(before, there)
         };
+        let mut by_fits = |model| folds::left_out(model, times, &options, workshop, observer);
+        // What is left out cannot gain more than what is fitted, unless it was mispredicted before.
+        if advance.gain().0 > advance.fall.max(0.0) + LARGE * least
+            && let Some(left_out) = by_fits(before)?
+        {
+            advance.before = left_out;
+        }
         if advance.fall >= LARGE * least
             && !advance.matters(least)
-            && let Some(left_out) = folds::left_out(there, times, &options, workshop, observer)?
+            && let Some(left_out) = by_fits(there)?
         {
             advance.there = left_out;
         }

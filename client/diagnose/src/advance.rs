@@ -14,7 +14,7 @@ const MORE: u32 = 4;
 /// alike are 1.58. Chance has no part in it, [`crate::select::FLOOR`] sees to that; a mishap of one photo has.
 pub const ERRORS: f64 = 1.45;
 /// A gain is broad if it is so many times what matters, as the photos of an effect that is strong in some and weak in others
-/// scatter by nature, and this part of the photos is predicted better. A chi-square that falls by so much deserves a second look.
+/// scatter by nature, and this part of the photos is predicted better. A deviance that falls by so much deserves a second look.
 pub const LARGE: f64 = 4.0;
 /// See [`LARGE`].
 const MAJORITY: f64 = 0.66;
@@ -27,7 +27,7 @@ pub struct Advance {
     /// The same after.
     there: Vec<f64>,
     observations: u64,
-    /// Decrease of the fitted photos' chi-square per observation.
+    /// Decrease of the fitted photos' deviance per observation.
     pub fall: f64,
 }
 
@@ -87,7 +87,7 @@ impl Advance {
             before: before.left_out.clone(),
             there: there.left_out.clone(),
             observations: there.observations(),
-            fall: before.reduced_chi_square() - there.reduced_chi_square(),
+            fall: before.deviance() - there.deviance(),
         }
     }
 

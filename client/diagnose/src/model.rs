@@ -105,6 +105,13 @@ impl Model {
         self.fit.photos.iter().map(|p| p.chi_square).sum::<f64>() / (self.observations() as f64).max(1.0)
     }
 
+    /// Deviance per observation of the fitted photos, see [`crate::cross`].
+    #[must_use]
+    pub fn deviance(&self) -> f64 {
+        let each = self.fit.photos.iter().map(|p| p.chi_square + p.log_variance);
+        each.sum::<f64>() / (self.observations() as f64).max(1.0)
+    }
+
     /// Decrease of left-out deviance per observation from `before`, and its standard error.
     #[must_use]
     pub fn gain_over(&self, before: &[f64]) -> (f64, f64) {

@@ -114,7 +114,7 @@ impl Options {
         gonio_fit::Options {
             min_samples: samples.min(8),
             max_samples: samples,
-            difference_samples: samples.min(8),
+            difference_samples: samples.min(4),
             forward_samples: samples.min(FORWARD),
             max_iterations: Some(10),
             ..self.base_fit()
@@ -126,7 +126,7 @@ impl Options {
     pub(crate) fn last_fit(&self, searched: bool) -> gonio_fit::Options {
         gonio_fit::Options {
             min_samples: self.search_samples(),
-            difference_samples: self.search_samples().min(if searched { 4 } else { 16 }),
+            difference_samples: self.search_samples().min(if searched { 4 } else { 8 }),
             forward_samples: self.search_samples(),
             max_iterations: Some(if searched { 5 } else { 12 }),
             tolerance: 0.1,

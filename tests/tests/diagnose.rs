@@ -86,6 +86,19 @@ fn clipping_is_found() {
     finds("clipping", 1.0, &[]);
 }
 
+/// One photo knows nearly all of the radius: the quadratic that leaves it out predicts nonsense, fits to parts of the photos do not.
+#[test]
+fn a_small_lamp_is_found() {
+    finds("light-size", 0.35, &[("light.led.radius", 0.022 * 0.35_f64.sqrt())]);
+}
+
+/// Beside a pattern of colours, which explains less but renders with less noise.
+#[test]
+fn light_under_the_surface_is_found() {
+    let found = run(&[("translucency", 1.0)], 1, &only(&["translucency", "albedo-variation"]));
+    assert!(found.found[0].effects.iter().any(|e| e == "translucency"), "{:?}", named(&found));
+}
+
 #[test]
 fn light_from_everywhere_is_found() {
     let hidden = [0.030, 0.034, 0.042].map(|x| 0.35 * x);

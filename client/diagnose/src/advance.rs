@@ -32,46 +32,64 @@ pub struct Advance {
 }
 
 impl Advance {
-    /// From `before` to `there`, both known by equally many samples; `least` is the gain that matters.
+    /// From `before` to each model of `there`, all known by equally many samples; `least` is the gain that matters.
     ///
-    /// Where the render of `there` is noisier, both are rendered anew by more samples: a deviance charges for the render's noise
-    /// as well, which is no fault of what the model says. And where the fitted photos speak for `there` but the quadratic that
-    /// predicts the photos left out does not, fits have to tell.
+    /// Where the render of one is noisier, all are rendered anew by more samples: a deviance charges for the render's noise as
+    /// well, which is no fault of what the model says. And where the fitted photos speak for one but the quadratic that predicts
+    /// the photos left out does not, fits have to tell.
     ///
     /// # Errors
     /// An evaluation or fit that fails, a cancellation.
-    pub fn new(
+    pub fn of(
         before: &Model,
-        there: &Model,
+        there: &[&Model],
         least: f64,
         options: &Options,
         workshop: &dyn Workshop,
         observer: &mut Observer<'_>,
-    ) -> Result<Self, DiagnoseError> {
+    ) -> Result<Vec<Self>, DiagnoseError> {
         let options = options.refit();
-        let noisier = there.render_share() >= before.render_share() + NOISIER;
+        let noisier = there.iter().any(|there| there.render_share() >= before.render_share() + NOISIER);
         let times = if noisier { MORE } else { 1 };
-        let mut advance = if noisier {
-            let before = before.by_more_samples(times, &options, workshop, observer)?;
-            let there = there.by_more_samples(times, &options, workshop, observer)?;
-            Self::between(&before, &there)
-        } else {
-            Self::between(before, there)
+        let mut known = |model: &Model| match times {
+            1 => Ok(model.clone()),
+            _ => model.by_more_samples(times, &options, workshop, observer),
         };
-        let mut by_fits = |model| folds::left_out(model, times, &options, workshop, observer);
+        let mut start = known(before)?;
+        let ends = there.iter().map(|there| known(there)).collect::<Result<Vec<_>, _>>()?;
         // What is left out cannot gain more than what is fitted, unless it was mispredicted before.
-        if advance.gain().0 > advance.fall.max(0.0) + LARGE * least
-            && let Some(left_out) = by_fits(before)?
+        let beyond = |end| {
+            let advance = Self::between(&start, end);
+            advance.gain().0 > advance.fall.max(0.0) + LARGE * least
+        };
+        if ends.iter().any(beyond)
+            && let Some(left_out) = folds::left_out(before, times, &options, workshop, observer)?
         {
-            advance.before = left_out;
+            start.left_out = left_out;
         }
-        if advance.fall >= LARGE * least
-            && !advance.matters(least)
-            && let Some(left_out) = by_fits(there)?
-        {
-            advance.there = left_out;
+        let mut advances = Vec::with_capacity(ends.len());
+        for (model, end) in there.iter().zip(&ends) {
+            let mut advance = Self::between(&start, end);
+            if advance.fall >= LARGE * least
+                && !advance.matters(least)
+                && let Some(left_out) = folds::left_out(model, times, &options, workshop, observer)?
+            {
+                advance.there = left_out;
+            }
+            advances.push(advance);
         }
-        Ok(advance)
+        Ok(advances)
+    }
+
+    /// From one model to another by what is known of both.
+    #[must_use]
+    pub fn between(before: &Model, there: &Model) -> Self {
+        Self {
+            before: before.left_out.clone(),
+            there: there.left_out.clone(),
+            observations: there.observations(),
+            fall: before.deviance() - there.deviance(),
+        }
     }
 
     /// Whether the gain is large enough, and no accident of few photos.
@@ -80,15 +98,6 @@ impl Advance {
         let (gain, error) = self.gain();
         let broad = gain >= LARGE * least && self.share() >= MAJORITY;
         gain >= least && (gain >= ERRORS * error || broad)
-    }
-
-    fn between(before: &Model, there: &Model) -> Self {
-        Self {
-            before: before.left_out.clone(),
-            there: there.left_out.clone(),
-            observations: there.observations(),
-            fall: before.deviance() - there.deviance(),
-        }
     }
 
     /// Decrease of left-out deviance per observation, and its standard error between photos.
@@ -112,5 +121,36 @@ impl Advance {
     /// By photo: decrease of its deviance when it is left out.
     fn gains(&self) -> impl Iterator<Item = f64> + '_ {
         self.before.iter().zip(&self.there).map(|(before, there)| before - there)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn advance(gains: &[f64]) -> Advance {
+        Advance {
+            before: vec![1e4; gains.len()],
+            there: gains.iter().map(|g| 1e4 - 1e3 * g).collect(),
+            observations: 1000 * gains.len() as u64,
+            fall: 0.0,
+        }
+    }
+
+    #[test]
+    fn a_gain_matters_that_is_large_and_no_accident_of_one_photo() {
+        let least = 0.002;
+        assert!(advance(&[0.01, 0.012, 0.009, 0.011, 0.01]).matters(least));
+        assert!(!advance(&[0.001, 0.0012, 0.0009, 0.0011, 0.001]).matters(least));
+        assert!(!advance(&[0.1, 0.0, -0.001, 0.0, 0.001]).matters(least));
+        // Strong in some, weak in others, better in most.
+        assert!(advance(&[0.1, 0.001, 0.002, 0.001, -0.001]).matters(least));
+    }
+
+    #[test]
+    fn advances_are_compared_photo_by_photo() {
+        let (gain, error) = advance(&[0.03, 0.01, 0.05]).gain_over(&advance(&[0.02, 0.0, 0.04]));
+        assert!((gain - 0.01).abs() < 1e-9 && error < 1e-9, "{gain} {error}");
+        assert!((advance(&[0.03, 0.01, 0.05]).gain().0 - 0.03).abs() < 1e-9);
     }
 }

@@ -25,9 +25,9 @@ pub fn backward(
         let name = model.parts[k].effect.name;
         tell(observer, &DiagnoseEvent::Stage { text: format!("fitting without {name}") })?;
         let smaller = without(&model, k, options, workshop, observer)?;
-        let advance = Advance::new(&smaller, &model, least, options, workshop, observer)?;
-        let (gain, error) = advance.gain();
-        if gain < least || gain < ERRORS * error {
+        let advances = Advance::of(&smaller, &[&model], least, options, workshop, observer)?;
+        let missed = advances.iter().map(Advance::gain).any(|(gain, error)| gain >= least && gain >= ERRORS * error);
+        if !missed {
             model = smaller;
             additions.remove(k);
             dropped.push(name);

@@ -62,7 +62,7 @@ pub fn fit_shortlist<'r>(
     let (later, first): (Vec<&Score>, Vec<&Score>) = short.iter().partition(|s| searched(s));
     for score in first.into_iter().chain(later) {
         // One that promises far less than the best already delivers need not be tried.
-        let best = fitted.iter().map(|f| f.advance.gain().0).fold(0.0, f64::max);
+        let best = fitted.iter().map(|f| f.advance.gain().0.min(f.advance.fall)).fold(0.0, f64::max);
         if score.promise < 0.25 * best {
             continue;
         }
@@ -94,16 +94,17 @@ pub fn fit_shortlist<'r>(
             refuse(trials, effect.name, &why);
             continue;
         }
-        let advance = Advance::new(&ranking.before, &there, ranking.least, options, workshop, observer)?;
-        let (gain, error) = advance.gain();
-        let refitted = DiagnoseEvent::Refitted {
-            effect: effect.name.to_owned(),
-            gain,
-            standard_error: error,
-            reduced_chi_square: there.reduced_chi_square(),
-        };
-        tell(observer, &refitted)?;
+        let advance = Advance::between(&ranking.before, &there);
         fitted.push(Fitted { effect, score, model: there, advance });
+    }
+    let models: Vec<&Model> = fitted.iter().map(|f| &f.model).collect();
+    let advances = Advance::of(&ranking.before, &models, ranking.least, options, workshop, observer)?;
+    for (fitted, advance) in fitted.iter_mut().zip(advances) {
+        let (gain, standard_error) = advance.gain();
+        let reduced_chi_square = fitted.model.reduced_chi_square();
+        let effect = fitted.effect.name.to_owned();
+        tell(observer, &DiagnoseEvent::Refitted { effect, gain, standard_error, reduced_chi_square })?;
+        fitted.advance = advance;
     }
     Ok(fitted)
 }

@@ -16,9 +16,10 @@ const ENOUGH: f64 = 0.1;
 /// rejected.
 const RIVAL: f64 = 0.93;
 
-/// One that comes closer to the fitted photos than the best does is not rejected from this part of its gain on: that a photo
-/// left out is predicted worse may be the quadratic's fault.
-const CLOSER: f64 = 0.5;
+/// One that comes as close to the fitted photos, to this part of what their deviance falls by, is not rejected ...
+const CLOSE: f64 = 0.9;
+/// ... from this part of the best's gain on: that photos left out are predicted worse may be the fault of how it is estimated.
+const NEARLY: f64 = 0.4;
 
 /// A model extended by one effect.
 pub struct Fitted<'r> {
@@ -37,8 +38,8 @@ impl Fitted<'_> {
     pub fn rivals(&self, best: &Self) -> bool {
         let (own, most) = (self.advance.gain().0, best.advance.gain().0);
         let (behind, error) = best.advance.gain_over(&self.advance);
-        let closer = self.advance.fall > best.advance.fall;
-        own > RIVAL * most || behind < 2.0 * error && own > 0.7 * most || closer && own > CLOSER * most
+        let close = self.advance.fall > CLOSE * best.advance.fall;
+        own > RIVAL * most || behind < 2.0 * error && own > 0.7 * most || close && own > NEARLY * most
     }
 }
 

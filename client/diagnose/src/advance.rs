@@ -57,10 +57,10 @@ impl Advance {
         };
         let mut start = known(before)?;
         let ends = there.iter().map(|there| known(there)).collect::<Result<Vec<_>, _>>()?;
-        // What is left out cannot gain more than what is fitted, unless it was mispredicted before.
+        // Such a one was mispredicted before.
         let beyond = |end| {
             let advance = Self::between(&start, end);
-            advance.gain().0 > advance.fall.max(0.0) + LARGE * least
+            advance.predicted().0 > advance.fall.max(0.0) + LARGE * least
         };
         if ends.iter().any(beyond)
             && let Some(left_out) = folds::left_out(before, times, &options, workshop, observer)?
@@ -100,9 +100,16 @@ impl Advance {
         gain >= least && (gain >= ERRORS * error || broad)
     }
 
-    /// Decrease of left-out deviance per observation, and its standard error between photos.
+    /// Decrease of left-out deviance per observation, and its standard error between photos: at most what the fitted photos
+    /// fall by, since what is left out cannot gain more than what is fitted.
     #[must_use]
     pub fn gain(&self) -> (f64, f64) {
+        let (gain, error) = self.predicted();
+        (gain.min(self.fall), error)
+    }
+
+    /// The same without that bound.
+    fn predicted(&self) -> (f64, f64) {
         per_observation(&self.gains().collect::<Vec<_>>(), self.observations)
     }
 
@@ -133,7 +140,7 @@ mod tests {
             before: vec![1e4; gains.len()],
             there: gains.iter().map(|g| 1e4 - 1e3 * g).collect(),
             observations: 1000 * gains.len() as u64,
-            fall: 0.0,
+            fall: 1.0,
         }
     }
 

@@ -63,7 +63,7 @@ pub fn fit_shortlist<'r>(
     let (later, first): (Vec<&Score>, Vec<&Score>) = short.iter().partition(|s| searched(s));
     for score in first.into_iter().chain(later) {
         // One that promises far less than the best already delivers need not be tried.
-        let best = fitted.iter().map(|f| f.advance.gain().0.min(f.advance.fall)).fold(0.0, f64::max);
+        let best = fitted.iter().map(|f| f.advance.gain().0).fold(0.0, f64::max);
         if score.promise < 0.25 * best {
             continue;
         }

@@ -8,6 +8,8 @@ use crate::{DiagnoseError, Options};
 
 /// A render is noisier than another where this much more of the noise in the weights is its own.
 const NOISIER: f64 = 0.02;
+/// One whose chi-square is within this factor of the least is worth more samples.
+const CONTENDS: f64 = 1.05;
 /// Times the samples that models are compared with, where the render's noise would decide.
 const MORE: u32 = 4;
 /// A gain must exceed so many of its standard errors between photos: one photo alone that gains is one of them, two of six
@@ -34,7 +36,7 @@ pub struct Advance {
 impl Advance {
     /// From `before` to each model of `there`, all known by equally many samples; `least` is the gain that matters.
     ///
-    /// Where the render of one is noisier, all are rendered anew by more samples: a deviance charges for the render's noise as
+    /// Where the render of one that comes close is noisier, all are rendered anew by more samples: a deviance charges for the render's noise as
     /// well, which is no fault of what the model says. And where the fitted photos speak for one but the quadratic that predicts
     /// the photos left out does not, fits have to tell.
     ///
@@ -49,7 +51,10 @@ impl Advance {
         observer: &mut Observer<'_>,
     ) -> Result<Vec<Self>, DiagnoseError> {
         let options = options.refit();
-        let noisier = there.iter().any(|there| there.render_share() >= before.render_share() + NOISIER);
+        let least_misfit = there.iter().map(|there| there.reduced_chi_square()).fold(f64::INFINITY, f64::min);
+        let contends = |there: &&&Model| there.reduced_chi_square() < CONTENDS * least_misfit;
+        let noisy = |there: &&Model| there.render_share() >= before.render_share() + NOISIER;
+        let noisier = there.iter().filter(contends).any(noisy);
         let times = if noisier { MORE } else { 1 };
         let mut known = |model: &Model| match times {
             1 => Ok(model.clone()),

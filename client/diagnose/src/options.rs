@@ -125,7 +125,7 @@ impl Options {
     /// search has come near its optimum, and every step is dear.
     pub(crate) fn last_fit(&self, searched: bool) -> gonio_fit::Options {
         gonio_fit::Options {
-            min_samples: self.search_samples(),
+            min_samples: if searched { self.search_samples() } else { self.samples },
             difference_samples: self.search_samples().min(if searched { 4 } else { 8 }),
             forward_samples: self.search_samples(),
             max_iterations: Some(if searched { 5 } else { 12 }),

@@ -36,9 +36,9 @@ pub struct Advance {
 impl Advance {
     /// From `before` to each model of `there`, all known by equally many samples; `least` is the gain that matters.
     ///
-    /// Where the render of one that comes close is noisier, all are rendered anew by more samples: a deviance charges for the render's noise as
-    /// well, which is no fault of what the model says. And where the fitted photos speak for one but the quadratic that predicts
-    /// the photos left out does not, fits have to tell.
+    /// Where the render of one that comes close is noisier, all are rendered anew by more samples: a deviance charges for the
+    /// render's noise as well, which is no fault of what the model says. And where the fitted photos speak for one but the
+    /// quadratic that predicts the photos left out does not, fits have to tell.
     ///
     /// # Errors
     /// An evaluation or fit that fails, a cancellation.
@@ -62,7 +62,7 @@ impl Advance {
         };
         let mut start = known(before)?;
         let ends = there.iter().map(|there| known(there)).collect::<Result<Vec<_>, _>>()?;
-        // Such a one was mispredicted before.
+        // What is left out would gain more than what is fitted: it was mispredicted before.
         let beyond = |end| {
             let advance = Self::between(&start, end);
             advance.predicted().0 > advance.fall.max(0.0) + LARGE * least

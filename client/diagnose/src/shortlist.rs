@@ -16,7 +16,7 @@ const ENOUGH: f64 = 0.1;
 /// rejected.
 const RIVAL: f64 = 0.93;
 
-/// One that comes as close to the fitted photos, to this part of what their deviance falls by, is not rejected ...
+/// Nor is one that brings the fitted photos' deviance down by this part of what the best does ...
 const CLOSE: f64 = 0.9;
 /// ... from this part of the best's gain on: that photos left out are predicted worse may be the fault of how it is estimated.
 const NEARLY: f64 = 0.4;

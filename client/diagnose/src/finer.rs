@@ -2,13 +2,12 @@
 
 use crate::advance::ERRORS;
 use crate::effects::Variant;
-use crate::model::Model;
+use crate::model::{Model, all, statistics};
 use crate::quadratic::Quadratic;
 use crate::select::FLOOR;
-use crate::workshop::{Observer, Workshop, evaluate, tell};
+use crate::workshop::{Observer, Workshop, tell};
 use crate::{DiagnoseError, DiagnoseEvent};
 use gonio_fit::{Options, Space};
-use gonio_scene::{EvaluationRequest, Output};
 
 /// Deviance that a coefficient must gain for its group to be tried (Akaike 1974): what left-out photos gain is an estimate, and
 /// the best of several is one that is too large.
@@ -60,19 +59,9 @@ fn supported(
     capture.fit.parameters.extend(variant.finer.iter().flatten().cloned());
     let space = Space::new(&capture, &[])?;
     let columns = space.columns(space.start());
-    let request = EvaluationRequest {
-        columns: columns.clone(),
-        photos: (0..capture.targets().count()).collect(),
-        samples: options.max_samples,
-        difference_samples: options.difference_samples,
-        forward_samples: options.forward_samples,
-        seed: options.seed,
-        output: Output::Statistics,
-        ..EvaluationRequest::default()
-    };
     let mut farm = workshop.open(&capture, &coarse.files)?;
-    let found = evaluate(farm.as_mut(), &request, observer)?;
-    let deviance = |further| coarse.left_out_with(&found.photos, further).iter().sum::<f64>();
+    let found = statistics(&capture, &all(&capture), true, 1, options, farm.as_mut(), observer)?;
+    let deviance = |further| coarse.left_out_with(&found, further).iter().sum::<f64>();
     let own = columns.len() - variant.finer.iter().map(Vec::len).sum::<usize>();
     let (mut further, mut best, mut groups, mut fitted) = (0, deviance(0), 0, own);
     for (i, group) in variant.finer.iter().enumerate() {
@@ -83,7 +72,7 @@ fn supported(
         }
     }
     let used: Vec<(usize, f64)> = (0..fitted).map(|i| (i, 1.0)).collect();
-    let each: Vec<Quadratic> = found.photos.iter().map(|p| Quadratic::new(p, &used)).collect();
+    let each: Vec<Quadratic> = found.iter().map(|p| Quadratic::new(p, &used)).collect();
     let step = Quadratic::sum(&each).map(|q| q.solve());
     let moved = step.iter().flat_map(|step| columns.iter().zip(step));
     Ok((groups, moved.flat_map(|(c, x)| c.numbers((c.value + x).clamp(c.range.min, c.range.max))).collect()))

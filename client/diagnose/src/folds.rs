@@ -34,11 +34,8 @@ pub fn left_out(
     for fold in 0..FOLDS.min(photos) {
         let of_fold = |photo: usize| photo % FOLDS == fold;
         let mut capture = model.capture.clone();
-        let mut index = 0;
-        capture.photos.retain(|_| {
-            index += 1;
-            !of_fold(index - 1)
-        });
+        let kept = capture.photos.iter().enumerate().filter(|(photo, _)| !of_fold(*photo));
+        capture.photos = kept.map(|(_, photo)| photo.clone()).collect();
         let parts = model.parts.clone();
         let fitted = Model::fit(&capture, model.files.clone(), parts, &options, workshop, observer)?;
         let whole = fitted.fit.apply(&model.capture)?;

@@ -136,7 +136,7 @@ impl Model {
 }
 
 /// Indices of all of a capture's targets.
-fn all(capture: &Capture) -> Vec<usize> {
+pub(crate) fn all(capture: &Capture) -> Vec<usize> {
     (0..capture.targets().count()).collect()
 }
 

@@ -10,7 +10,7 @@ use crate::probe::{Candidate, Probe};
 use crate::score::{MANY, Score, scores};
 use crate::workshop::{Observer, Workshop, evaluate};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
-use gonio_scene::{Assets, EvaluationRequest, Output, PhotoStatistics};
+use gonio_scene::{Assets, EvaluationRequest, Output};
 use std::collections::BTreeSet;
 
 /// An effect that promises less than this part of what matters, beside another, is not looked at again.
@@ -22,9 +22,9 @@ pub struct Ranking {
     probe: Probe,
     /// The most promising variant of each effect, most promising first.
     pub best: Vec<Score>,
-    /// The model, by the same samples as the extensions that are compared with it.
+    /// The model by the pass' own evaluation, of the same samples as the extensions that are compared with it: its statistics
+    /// hold every candidate's columns behind its own.
     pub before: Model,
-    photos: Vec<PhotoStatistics>,
     /// Gain per observation that matters.
     pub least: f64,
 }
@@ -42,7 +42,7 @@ impl Ranking {
             return Vec::new();
         }
         let (found, dispersion) = (self.candidate(score), there.dispersion());
-        let beside = scores(&self.probe, &self.photos, dispersion, Some(found));
+        let beside = scores(&self.probe, &self.before.fit.photos, dispersion, Some(found));
         let promising = beside.iter().filter(|s| s.promise > WORTH * self.least).map(|s| self.candidate(s).effect);
         let mut left: Vec<&'static Effect> = Vec::new();
         for effect in promising {
@@ -109,6 +109,5 @@ pub fn rank(
     all.sort_by(|a, b| b.promise.total_cmp(&a.promise));
     let mut seen = BTreeSet::new();
     all.retain(|score| seen.insert(probe.candidates[score.candidate].effect.name));
-    let before = model.with_statistics(found.photos.clone());
-    Ok(Ranking { probe, best: all, before, photos: found.photos, least })
+    Ok(Ranking { probe, best: all, before: model.with_statistics(found.photos), least })
 }

@@ -234,7 +234,7 @@ mod tests {
         let mut counts = vec![false; 64 * 40];
         counts[33 * 64 + 40] = true;
         let image = Image { width: 64, height: 40, pixels: vec![[0.0; 3]; 64 * 40] };
-        let photograph = Photograph { image, counts, clipped: 0 };
+        let photograph = Photograph::new(image, counts, 0);
         let area = PhotoArea { width: 64, height: 40, counted: Some(&photograph) };
         let split = Split::new(&[area], 2, Output::Statistics, 0).unwrap();
         assert_eq!(split.tiles.len(), 1);

@@ -40,7 +40,7 @@ fn photograph(value: impl Fn(usize, usize) -> [f32; 3], counts: impl Fn(usize, u
     let place = |i: u32| ((i % SIZE.0) as usize, (i / SIZE.0) as usize);
     let pixels = (0..SIZE.0 * SIZE.1).map(|i| value(place(i).0, place(i).1)).collect();
     let counts = (0..SIZE.0 * SIZE.1).map(|i| counts(place(i).0, place(i).1)).collect();
-    Photograph { image: Image { width: SIZE.0, height: SIZE.1, pixels }, counts, clipped: 0 }
+    Photograph::new(Image { width: SIZE.0, height: SIZE.1, pixels }, counts, 0)
 }
 
 fn all_pixels() -> PixelSet {

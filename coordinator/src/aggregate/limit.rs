@@ -6,10 +6,10 @@
 //! step or a score a little less than optimal, not biased: with columns c that do not depend on the residual's own
 //! noise, E[c'We] is zero at the right model whatever c is. Hence the limit looks at other pixels alone.
 
-use super::weight::VarianceMap;
+use super::window::Window;
 use gonio_scene::film::Tile;
 
-/// Multiple of the mean magnitude of the pixels around, in the 5x5 window of the weights.
+/// Multiple of the mean magnitude of the pixels around, in a 5x5 window.
 const NEARBY: f64 = 8.0;
 /// Multiple of the whole tile's mean magnitude that is allowed besides, for a lone edge in an empty window.
 const TILE: f64 = 4.0;
@@ -40,9 +40,9 @@ pub fn limit(tile: Tile, places: impl Iterator<Item = usize> + Clone, column: &m
     for (place, value) in places.clone().zip(column.iter()) {
         magnitudes[place] = Some(magnitude(value));
     }
-    let around = VarianceMap::new(tile, &magnitudes);
+    let around = Window::new(tile, &magnitudes);
     for (place, value) in places.zip(column.iter_mut()).filter(|(_, value)| is_suspect(value)) {
-        let most = NEARBY * around.at(place).value + allowed(magnitude(value));
+        let most = NEARBY * around.at(place) + allowed(magnitude(value));
         let (mean, half) = *value;
         let (a, b) = ((mean + half).clamp(-most, most), (mean - half).clamp(-most, most));
         // Untouched bits where nothing is cut.

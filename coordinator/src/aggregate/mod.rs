@@ -10,7 +10,7 @@ pub mod prediction;
 pub mod recipe;
 pub mod reduction;
 pub mod statistics;
-pub mod weight;
+mod window;
 
 pub use recipe::Recipe;
 pub use reduction::Reduction;

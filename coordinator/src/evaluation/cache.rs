@@ -112,7 +112,7 @@ impl Captures {
     }
 
     fn keep(&self, key: PhotographKey, photograph: &Arc<Photograph>) {
-        let size = |p: &Photograph| 12 * p.image.pixels.len() + p.counts.len();
+        let size = |p: &Photograph| 12 * (p.image.pixels.len() + p.surroundings.len()) + p.counts.len();
         let mut photographs = self.photographs.lock().unwrap_or_else(PoisonError::into_inner);
         photographs.bytes += size(photograph);
         if let Some(same) = photographs.kept.put(key, Arc::clone(photograph)) {

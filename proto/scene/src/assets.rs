@@ -5,6 +5,7 @@ use crate::files::Files;
 use crate::image::{self, Image};
 use crate::mesh::{self, Mesh};
 use crate::reflectance::{self, Directions};
+use crate::surroundings::surroundings;
 use crate::{Result, SceneError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -86,11 +87,21 @@ pub struct Photograph {
     pub image: Image,
     /// Row-major: inside the mask and not clipped in any channel.
     pub counts: Vec<bool>,
+    /// Row-major, per channel: the mean of the pixels around that count, which says how large a pixel's noise is without
+    /// knowing it; 0 where a pixel does not count.
+    pub surroundings: Vec<[f32; 3]>,
     /// Pixels inside the mask that are clipped.
     pub clipped: usize,
 }
 
 impl Photograph {
+    /// From values and which of them count, of which `counts` holds as many as the image has pixels.
+    #[must_use]
+    pub fn new(image: Image, counts: Vec<bool>, clipped: usize) -> Self {
+        let surroundings = surroundings(&image, &counts);
+        Self { image, counts, surroundings, clipped }
+    }
+
     /// Reads what was measured for `target`: a photo with its mask, or samples of reflectance, which stand in the image
     /// as [`Directions`] says, with the values of [`Reflectance::value`].
     ///
@@ -103,7 +114,7 @@ impl Photograph {
                 let (mut image, counts) = reflectance::read(files, reflectance)?;
                 #[allow(clippy::cast_possible_truncation)]
                 image.pixels.iter_mut().flatten().for_each(|v| *v = reflectance.value(f64::from(*v)).0 as f32);
-                Ok(Self { image, counts, clipped: 0 })
+                Ok(Self::new(image, counts, 0))
             }
         }
     }
@@ -144,6 +155,6 @@ impl Photograph {
                 SceneError::new(&photo.file, problem, "mend the mask or the exposure, or remove the photo").at(key)
             );
         }
-        Ok(Self { image, counts, clipped })
+        Ok(Self::new(image, counts, clipped))
     }
 }

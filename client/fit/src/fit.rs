@@ -27,6 +27,7 @@ pub fn fit<'a>(
 ) -> Result<FitResult, FitError> {
     let begin = Instant::now();
     options.check()?;
+    let options = &options.for_capture(capture);
     let space = Space::new(capture, &options.start)?;
     let of_role = |role| -> Vec<usize> {
         capture.targets().enumerate().filter(|(_, t)| t.role() == role).map(|(i, _)| i).collect()

@@ -81,6 +81,12 @@ impl SensorStage {
         self.mix.is_some()
     }
 
+    /// Whether values of photos are no linear function of light, below the clip level.
+    #[must_use]
+    pub fn is_curved(&self) -> bool {
+        self.reflectance.is_none() && (self.response != Response::Linear || self.gamma != 1.0)
+    }
+
     /// The photo value of the pixel in column `x` and row `y` for its exposed light.
     #[must_use]
     pub fn value(&self, exposed: [f64; 3], x: usize, y: usize) -> PhotoValue {

@@ -62,10 +62,7 @@ pub fn predict(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe) -> Ve
     let mut predictions = Vec::with_capacity(film.pixels);
     for (pixel, index) in pixels.indices().enumerate() {
         let (x, y) = (tile.x as usize + index % tile.width as usize, tile.y as usize + index / tile.width as usize);
-        let place = y * photograph.image.width as usize + x;
-        if !photograph.counts[place] {
-            continue;
-        }
+        let Some(photo) = photograph.at(x, y) else { continue };
         let half = |half: usize| {
             let film = film.pixel(half, pixel);
             [0, 1, 2].map(|c| recipe.factor * film[c])
@@ -80,7 +77,7 @@ pub fn predict(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe) -> Ve
         predictions.push(Prediction {
             pixel,
             index,
-            measured: photograph.image.pixels[place].map(f64::from),
+            measured: photo.value.map(f64::from),
             value: predicted.value,
             difference,
             spread: open.unwrap_or(difference),

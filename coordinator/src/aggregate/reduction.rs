@@ -1,5 +1,6 @@
 //! The reduction of one evaluation: takes task films in any order, gives its statistics and films.
 
+use super::measured::Measured;
 use super::merge::{ChunkMerge, MergedFilm};
 use super::recipe::Recipe;
 use super::statistics::{Observed, compare};
@@ -7,7 +8,7 @@ use crate::split::{Part, Split};
 use gonio_proto::convert::reduced::Reduced;
 use gonio_scene::capture::Sensor;
 use gonio_scene::film::TileFilm;
-use gonio_scene::{Evaluation, Film, Output, PhotoStatistics, Photograph};
+use gonio_scene::{Evaluation, Film, Output, PhotoStatistics};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -25,7 +26,7 @@ pub struct ReducedPhoto {
     /// How sure what was measured is.
     pub sensor: Sensor,
     /// What was measured, where it is compared with.
-    pub photograph: Option<Arc<Photograph>>,
+    pub photograph: Option<Arc<Measured>>,
     /// Largest measured value among the pixels that count.
     pub peak: f64,
 }

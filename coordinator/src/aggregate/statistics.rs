@@ -26,13 +26,14 @@
 
 use super::gram::Gram;
 use super::limit::limit;
+use super::measured::Measured;
 use super::merge::MergedFilm;
 use super::prediction::{Prediction, predict};
 use super::recipe::Recipe;
 use super::weight::{VarianceMap, score, weigh};
 use gonio_scene::capture::Sensor;
 use gonio_scene::film::{PixelSet, Tile};
-use gonio_scene::{PhotoStatistics, Photograph};
+use gonio_scene::PhotoStatistics;
 
 /// A tile and what is known of it.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +43,7 @@ pub struct Observed<'a> {
     /// Its pixels that were rendered.
     pub pixels: &'a PixelSet,
     /// What was measured.
-    pub photograph: &'a Photograph,
+    pub photograph: &'a Measured,
     /// How a value was measured.
     pub sensor: &'a Sensor,
 }

@@ -7,6 +7,7 @@ pub mod assets;
 pub mod capture;
 mod decoder;
 pub mod derivative;
+pub mod design;
 pub mod error;
 pub mod evaluation;
 pub mod files;

@@ -206,7 +206,7 @@ fn part(drawn: &Measured, photo: usize, tile: Tile, tiles: &mut Vec<TileWork>) {
 mod tests {
     use super::*;
     use crate::aggregate::measured::Drawn;
-    use gonio_scene::Photograph;
+    use gonio_scene::{Photograph, Values};
     use gonio_scene::design::Rates;
     use gonio_scene::image::Image;
 
@@ -253,7 +253,7 @@ mod tests {
         let mut counts = vec![false; 64 * 40];
         counts[33 * 64 + 40] = true;
         let image = Image { width: 64, height: 40, pixels: vec![[0.0; 3]; 64 * 40] };
-        let measured = Measured::All(Photograph { image, counts, clipped: 0 });
+        let measured = Measured::All(Photograph::new(image, counts, 0));
         let area = PhotoArea { width: 64, height: 40, counted: Some(&measured) };
         let split = Split::new(&[area], 2, Output::Statistics, 0).unwrap();
         assert_eq!(split.tiles.len(), 1);
@@ -265,12 +265,12 @@ mod tests {
     fn few_pixels_make_few_tasks_and_no_task_has_many() {
         let (width, height) = (1500, 1100);
         let pixels = vec![[0.0; 3]; (width * height) as usize];
-        let photograph =
-            Photograph { counts: vec![true; pixels.len()], image: Image { width, height, pixels }, clipped: 0 };
+        let counts = vec![true; pixels.len()];
+        let values = Values { image: Image { width, height, pixels }, counts, clipped: 0 };
         // A sixteenth of the left half, a thousandth of the right.
         let rates = Rates { cell: 750, columns: 2, codes: vec![32, 80, 32, 80] };
         let draw = rates.draw(5, 0);
-        let measured = Measured::Drawn(Drawn::new(&photograph, draw));
+        let measured = Measured::Drawn(Drawn::new(&values, draw));
         let area = PhotoArea { width, height, counted: Some(&measured) };
         let split = Split::new(&[area], 4, Output::Statistics, 0).unwrap();
         let mut wanted = Vec::new();

@@ -36,11 +36,11 @@ impl Noise {
 const TILE: Tile = Tile { x: 3, y: 2, width: 20, height: 16 };
 const SIZE: (u32, u32) = (30, 25);
 
-fn photograph(value: impl Fn(usize, usize) -> [f32; 3], counts: impl Fn(usize, usize) -> bool) -> Photograph {
+fn photograph(value: impl Fn(usize, usize) -> [f32; 3], counts: impl Fn(usize, usize) -> bool) -> Measured {
     let place = |i: u32| ((i % SIZE.0) as usize, (i / SIZE.0) as usize);
     let pixels = (0..SIZE.0 * SIZE.1).map(|i| value(place(i).0, place(i).1)).collect();
     let counts = (0..SIZE.0 * SIZE.1).map(|i| counts(place(i).0, place(i).1)).collect();
-    Photograph { image: Image { width: SIZE.0, height: SIZE.1, pixels }, counts, clipped: 0 }
+    Measured::All(Photograph::new(Image { width: SIZE.0, height: SIZE.1, pixels }, counts, 0))
 }
 
 fn all_pixels() -> PixelSet {
@@ -79,7 +79,7 @@ fn excess(share: f64) -> f64 {
 }
 
 /// The formulas of the module's documentation, written down once more without any of its shortcuts.
-fn naive(film: &MergedFilm, pixels: &[usize], photo: &Photograph, sensor: &Sensor, f: f64) -> PhotoStatistics {
+fn naive(film: &MergedFilm, pixels: &[usize], photo: &Measured, sensor: &Sensor, f: f64) -> PhotoStatistics {
     let mut sums = PhotoStatistics { gram: vec![0.0; 9], ..PhotoStatistics::default() };
     let at = |index: usize| (3 + index % 20, 2 + index / 20);
     let counted = |index: &usize| photo.counts[at(*index).1 * 30 + at(*index).0];
@@ -166,7 +166,7 @@ fn render(noise: &mut Noise, truth: f64, derivative: f64, half_sigma: f64) -> Me
     MergedFilm { pixels: TILE.len(), channels: 9, data: data.collect(), invalid_samples: 0 }
 }
 
-fn compare_all(film: &MergedFilm, photo: &Photograph, sensor: &Sensor) -> PhotoStatistics {
+fn compare_all(film: &MergedFilm, photo: &Measured, sensor: &Sensor) -> PhotoStatistics {
     let set = all_pixels();
     compare(film, Observed { tile: TILE, pixels: &set, photograph: photo, sensor }, &recipe(1.0, sensor), 1.0)
 }

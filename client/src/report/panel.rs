@@ -78,7 +78,7 @@ impl Panel {
             held_out: photo.role == Role::HeldOut,
             counted: counting().count() as u64,
             clipped: photograph.clipped as u64,
-            reduced_chi_square: statistics.chi_square / observations,
+            reduced_chi_square: statistics.reduced_chi_square(),
             rmse: (statistics.squared_error.max(0.0) / observations).sqrt(),
             tone,
             block,
@@ -165,7 +165,7 @@ fn cells(photograph: &Photograph, render: &Film, sensor: &Sensor, block: usize) 
             cell.photo[c] += photo;
             cell.render[c] += render;
             residual += photo - render;
-            variance += sensor.variance(render);
+            variance += sensor.variance(f64::from(photograph.surroundings[i][c]));
         }
         cell.pixels += 1.0;
         if *counts {
@@ -198,11 +198,7 @@ mod tests {
 
     fn photograph(width: u32, height: u32, value: f32) -> Photograph {
         let pixels = (width * height) as usize;
-        Photograph {
-            image: Image { width, height, pixels: vec![[value; 3]; pixels] },
-            counts: vec![true; pixels],
-            clipped: 0,
-        }
+        Photograph::new(Image { width, height, pixels: vec![[value; 3]; pixels] }, vec![true; pixels], 0)
     }
 
     fn film(width: u32, height: u32, value: f32) -> Film {
@@ -231,7 +227,7 @@ mod tests {
 
     #[test]
     fn refuses_what_does_not_belong_together() {
-        let statistics = PhotoStatistics { observations: 24, chi_square: 12.0, ..PhotoStatistics::default() };
+        let statistics = PhotoStatistics { observations: 24, gram: vec![12.0], noise_floor: 24.0, ..PhotoStatistics::default() };
         let panel = |film: &Film| Panel::new(&capture(), &photograph(4, 2, 0.5), film, &statistics);
         assert!(panel(&film(2, 4, 0.5)).is_none());
         let html = panel(&film(4, 2, 0.5)).unwrap().html();

@@ -1,8 +1,9 @@
 //! What was measured: a whole photograph, or the pixels of it that a design has drawn.
 
-use gonio_scene::Photograph;
 use gonio_scene::design::{Draw, Rates};
 use gonio_scene::film::{PixelSet, Tile};
+use gonio_scene::surroundings::Surroundings;
+use gonio_scene::{Photograph, Values};
 
 /// What an evaluation compares a photo's render with.
 #[derive(Debug, Clone)]
@@ -18,6 +19,8 @@ pub enum Measured {
 pub struct Value {
     /// As in the file.
     pub value: [f32; 3],
+    /// The mean of the pixels around it that count, drawn or not.
+    pub surroundings: [f32; 3],
     /// For how many pixels it stands; 1 where all are compared.
     pub weight: f64,
 }
@@ -38,8 +41,8 @@ impl Measured {
         match self {
             Self::All(photograph) => {
                 let place = y * photograph.image.width as usize + x;
-                let value = photograph.image.pixels[place];
-                photograph.counts[place].then_some(Value { value, weight: 1.0 })
+                let (value, surroundings) = (photograph.image.pixels[place], photograph.surroundings[place]);
+                photograph.counts[place].then_some(Value { value, surroundings, weight: 1.0 })
             }
             Self::Drawn(drawn) => drawn.at(x, y),
         }
@@ -70,7 +73,7 @@ impl Measured {
     #[must_use]
     pub fn peak(&self) -> f64 {
         match self {
-            Self::All(photograph) => peak(photograph),
+            Self::All(photograph) => peak(&photograph.image.pixels, &photograph.counts),
             Self::Drawn(drawn) => drawn.peak,
         }
     }
@@ -79,8 +82,8 @@ impl Measured {
     #[must_use]
     pub fn bytes(&self) -> usize {
         match self {
-            Self::All(photograph) => size_of_val(&*photograph.image.pixels) + photograph.counts.len(),
-            Self::Drawn(drawn) => drawn.values.len() * (size_of::<[f32; 3]>() + 3) + size_of_val(&*drawn.starts),
+            Self::All(photograph) => 2 * size_of_val(&*photograph.image.pixels) + photograph.counts.len(),
+            Self::Drawn(drawn) => drawn.values.len() * (2 * size_of::<[f32; 3]>() + 3) + size_of_val(&*drawn.starts),
         }
     }
 }
@@ -94,6 +97,7 @@ pub struct Drawn {
     /// Ascending within a row; no image has more columns than sixteen bits.
     columns: Vec<u16>,
     values: Vec<[f32; 3]>,
+    surroundings: Vec<[f32; 3]>,
     /// Of the probability with which each was drawn.
     codes: Vec<u8>,
     peak: f64,
@@ -102,24 +106,28 @@ pub struct Drawn {
 impl Drawn {
     /// Draws from a photograph, whose size the rates cover.
     #[must_use]
-    pub fn new(photograph: &Photograph, draw: Draw<'_>) -> Self {
-        let (width, height) = (photograph.image.width, photograph.image.height);
+    pub fn new(photograph: &Values, draw: Draw<'_>) -> Self {
+        let Values { image, counts, .. } = photograph;
+        let (width, height) = (image.width, image.height);
+        let around = Surroundings::new(image, counts);
         let mut drawn = Self {
             size: (width, height),
             starts: vec![0],
             columns: Vec::new(),
             values: Vec::new(),
+            surroundings: Vec::new(),
             codes: Vec::new(),
-            peak: peak(photograph),
+            peak: peak(&image.pixels, counts),
         };
         let mut place = 0;
         for y in 0..height {
             for x in 0..width {
-                if photograph.counts[place]
+                if counts[place]
                     && let Some(code) = draw.code(x, y)
                 {
                     drawn.columns.push(x as u16);
-                    drawn.values.push(photograph.image.pixels[place]);
+                    drawn.values.push(image.pixels[place]);
+                    drawn.surroundings.push(around.at(x as usize, y as usize));
                     drawn.codes.push(code);
                 }
                 place += 1;
@@ -128,6 +136,7 @@ impl Drawn {
         }
         drawn.columns.shrink_to_fit();
         drawn.values.shrink_to_fit();
+        drawn.surroundings.shrink_to_fit();
         drawn.codes.shrink_to_fit();
         drawn
     }
@@ -143,13 +152,14 @@ impl Drawn {
         let start = self.starts[y] as usize;
         let columns = &self.columns[start..self.starts[y + 1] as usize];
         let found = start + columns.binary_search_by_key(&x, |x| usize::from(*x)).ok()?;
-        Some(Value { value: self.values[found], weight: Rates::weight(self.codes[found]) })
+        let (value, surroundings) = (self.values[found], self.surroundings[found]);
+        Some(Value { value, surroundings, weight: Rates::weight(self.codes[found]) })
     }
 }
 
 /// The largest value among the pixels that count.
-fn peak(photograph: &Photograph) -> f64 {
-    let counted = photograph.image.pixels.iter().zip(&photograph.counts).filter(|(_, counts)| **counts);
+fn peak(pixels: &[[f32; 3]], counts: &[bool]) -> f64 {
+    let counted = pixels.iter().zip(counts).filter(|(_, counts)| **counts);
     counted.flat_map(|(pixel, _)| pixel).fold(0.0, |peak, value| f64::from(*value).max(peak))
 }
 
@@ -158,11 +168,11 @@ mod tests {
     use super::*;
     use gonio_scene::image::Image;
 
-    fn photograph() -> Photograph {
+    fn photograph() -> Values {
         let (width, height) = (70, 40);
         let pixels = (0..width * height).map(|i| [i as f32, 0.0, -1.0]).collect();
         let counts = (0..width * height).map(|i| i % 3 != 0).collect();
-        Photograph { image: Image { width, height, pixels }, counts, clipped: 0 }
+        Values { image: Image { width, height, pixels }, counts, clipped: 0 }
     }
 
     #[test]
@@ -170,7 +180,7 @@ mod tests {
         let photograph = photograph();
         let rates = Rates { cell: 64, columns: 2, codes: vec![0; 2] };
         let drawn = Measured::Drawn(Drawn::new(&photograph, rates.draw(1, 0)));
-        let all = Measured::All(photograph);
+        let all = Measured::All(Photograph::new(photograph.image, photograph.counts, 0));
         assert_eq!((drawn.size(), drawn.peak()), (all.size(), all.peak()));
         for (x, y) in (0..40).flat_map(|y| (0..70).map(move |x| (x, y))) {
             assert_eq!(drawn.at(x, y), all.at(x, y));

@@ -11,7 +11,7 @@ pub mod prediction;
 pub mod recipe;
 pub mod reduction;
 pub mod statistics;
-pub mod weight;
+mod window;
 
 pub use measured::Measured;
 pub use recipe::Recipe;

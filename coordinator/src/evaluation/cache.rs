@@ -11,7 +11,7 @@ use gonio_proto::{Digest, limits};
 use gonio_scene::capture::Target;
 use gonio_scene::design::Design;
 use gonio_scene::files::MemoryFiles;
-use gonio_scene::{Capture, Photograph};
+use gonio_scene::{Capture, Photograph, Values};
 use lru::LruCache;
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -206,10 +206,10 @@ impl Captures {
         let design = asking.design.map(|(_, design)| Arc::clone(design));
         let decode = move || {
             let target = capture.target(index).ok_or_else(|| "the photo is gone".to_owned())?;
-            let photograph = Photograph::of(&capture, target, &MemoryFiles(contents)).map_err(|error| error.to_string())?;
+            let values = Values::of(&capture, target, &MemoryFiles(contents)).map_err(|error| error.to_string())?;
             let measured = match design.as_ref().and_then(|design| Some((design.rates(index)?, design.seed))) {
-                Some((rates, seed)) => Measured::Drawn(Drawn::new(&photograph, rates.draw(seed, index))),
-                None => Measured::All(photograph),
+                Some((rates, seed)) => Measured::Drawn(Drawn::new(&values, rates.draw(seed, index))),
+                None => Measured::All(Photograph::new(values.image, values.counts, values.clipped)),
             };
             Ok(Arc::new(measured))
         };

@@ -81,12 +81,6 @@ impl SensorStage {
         self.mix.is_some()
     }
 
-    /// The same without a clip level; `None` where it has none.
-    #[must_use]
-    pub fn open(&self) -> Option<Self> {
-        (self.clip_level < f64::INFINITY).then(|| Self { clip_level: f64::INFINITY, ..self.clone() })
-    }
-
     /// The photo value of the pixel in column `x` and row `y` for its exposed light.
     #[must_use]
     pub fn value(&self, exposed: [f64; 3], x: usize, y: usize) -> PhotoValue {

@@ -6,7 +6,8 @@
 //! loss's standard error allows, and else by Newton's decrement, which the noise of the weights does not reach.
 
 use super::schedule::Schedule;
-use crate::normal::{Normal, Spectrum, count};
+use crate::normal::{Normal, Spectrum};
+use crate::uncertainty::Uncertainty;
 use crate::objective::{Objective, Stopped};
 use crate::{Space, Transform};
 use argmin::core::{Error, IterState, KV, Problem, Solver, TerminationReason, TerminationStatus};
@@ -29,8 +30,8 @@ pub(super) enum Goal {
 const FIRST_RADIUS: f64 = 1.0;
 const LARGEST_RADIUS: f64 = 4.0;
 const SMALLEST_RADIUS: f64 = 1e-3;
-/// Squared step left, per parameter, in standard errors, from which on the model is as good as linear.
-const NEAR: f64 = 9.0;
+/// Longest part of the step left, in reported standard errors, from which on the model is as good as linear.
+const NEAR: f64 = 3.0;
 /// Undamped step, as a part of each coordinate's reach, from which on it is so too, however small the errors are.
 const SHORT: f64 = 0.1;
 /// What is left of a short step after it is about this part of it: the curvature over it, and the noise of the
@@ -58,6 +59,7 @@ struct Here {
     u: Vec<f64>,
     normal: Normal,
     spectrum: Spectrum,
+    uncertainty: Uncertainty,
     reach: Vec<f64>,
 }
 
@@ -65,12 +67,13 @@ impl Here {
     fn at(objective: &Objective<'_>, u: Vec<f64>, samples: u32) -> Result<Self, Stopped> {
         let normal = objective.movable(&u, samples)?;
         let (spectrum, reach) = (normal.spectrum(), reach(objective.space, &normal));
-        Ok(Self { u, normal, spectrum, reach })
+        let uncertainty = objective.uncertainty(&u, samples)?;
+        Ok(Self { u, normal, spectrum, uncertainty, reach })
     }
 
-    /// The square of the step left, per parameter, in standard errors of an estimate with this misfit.
+    /// The longest part of the step left, in the standard errors that are reported.
     fn left(&self) -> f64 {
-        self.spectrum.decrement() / (count(self.u.len() as u64).max(1.0) * self.normal.misfit())
+        self.uncertainty.longest(self.spectrum.step(0.0).as_slice())
     }
 
     /// Whether the undamped step is short.
@@ -84,7 +87,7 @@ impl Here {
     }
 
     fn cost(&self) -> f64 {
-        0.5 * (self.normal.total.chi_square - self.normal.observations())
+        0.5 * (self.normal.total.loss() - self.normal.total.noise_floor)
     }
 }
 
@@ -100,13 +103,13 @@ impl<'c> TrustRegion<'c> {
 
     /// Ends the run if the goal is met or cannot be.
     fn judge(&mut self, here: &Here) {
-        let more = self.schedule.next(self.samples.get(), &here.normal).is_some();
+        let more = self.schedule.next(self.samples.get(), &here.uncertainty).is_some();
         let last = self.tolerance / REMAINDER;
         match self.goal {
             Goal::Descend if here.is_near() => self.verdict = Some(true),
             Goal::Polish if more => {}
-            Goal::Polish if here.is_short() && here.left() <= last * last => self.verdict = Some(true),
-            Goal::Polish if here.left() <= self.tolerance * self.tolerance => self.verdict = Some(true),
+            Goal::Polish if here.is_short() && here.left() <= last => self.verdict = Some(true),
+            Goal::Polish if here.left() <= self.tolerance => self.verdict = Some(true),
             _ if self.radius < SMALLEST_RADIUS => self.verdict = Some(false),
             _ => {}
         }
@@ -116,7 +119,7 @@ impl<'c> TrustRegion<'c> {
     fn advance(&mut self, objective: &Objective<'_>, here: Here) -> Result<Here, Stopped> {
         let samples = self.samples.get();
         if self.radius < SMALLEST_RADIUS
-            && let Some(more) = self.schedule.next(samples, &here.normal)
+            && let Some(more) = self.schedule.next(samples, &here.uncertainty)
         {
             // Stuck in this sample count's noise; the next has less.
             self.samples.set(more);
@@ -129,15 +132,15 @@ impl<'c> TrustRegion<'c> {
         // evaluation is spent on converging to what this sample count's noise has made of the minimum.
         if self.goal == Goal::Polish
             && here.is_near()
-            && let Some(more) = self.schedule.next(samples, &here.normal)
+            && let Some(more) = self.schedule.next(samples, &here.uncertainty)
         {
             self.samples.set(more);
             return Here::at(objective, u, more);
         }
         let there = Here::at(objective, u, samples)?;
         let promised = -(2.0 * here.normal.gradient.dot(&step) + step.dot(&(&here.normal.matrix * &step)));
-        let decrease = here.normal.total.chi_square - there.normal.total.chi_square;
-        let noise = 2.0 * (here.normal.total.loss_variance + there.normal.total.loss_variance).max(0.0).sqrt();
+        let decrease = here.normal.total.loss() - there.normal.total.loss();
+        let noise = 2.0 * (here.normal.total.loss_variance() + there.normal.total.loss_variance()).max(0.0).sqrt();
         let calmer = there.spectrum.decrement() < here.spectrum.decrement();
         let accepted = decrease > 0.01 * promised.abs() || (decrease > -noise && calmer);
         let size = step.iter().zip(&here.reach).map(|(s, r)| s.abs() / r).fold(0.0, f64::max);

@@ -16,7 +16,7 @@ mod summary;
 mod tables;
 
 pub use diagnosis::DiagnosisReport;
-pub use panel::Panel;
+pub use panel::{LONGEST, Panel};
 pub use prediction::{PairPicture, PredictionReport};
 pub use reflectance::ReflectancePanel;
 

@@ -1,9 +1,10 @@
 //! `gonio fit`: from a capture to estimates, a fitted capture and a report.
 
+mod large;
 mod pictures;
 
 use super::{command, open};
-use crate::arguments::FitArguments;
+use crate::arguments::{FitArguments, Pixels};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::interrupt::Interrupt;
@@ -15,13 +16,20 @@ use gonio::farm::OpenCapture;
 use gonio::report::Report;
 use gonio_fit::{Checkpoint, FitEvent, FitResult, Options};
 use gonio_scene::capture::CAPTURE_FILE;
-use gonio_scene::{Capture, Photograph};
+use gonio_scene::{Capture, Values};
 use pictures::Pictures;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 const RESULT: &str = "fit.json";
 const REPORT: &str = "report.html";
 const CHECKPOINT: &str = "checkpoint.json";
+
+/// Most samples per pixel where all pixels are compared, unless another number is asked for.
+const SAMPLES: u32 = 64;
+
+/// What stands for the chosen pixels among the files that a checkpoint belongs to.
+const CHOSEN: &str = "the pixels chosen by --pixels and --seed";
 
 /// Samples per pixel that a fit begins with, where it may take as many.
 const FIRST_SAMPLES: u32 = 4;
@@ -37,29 +45,61 @@ pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
     let mut input = Input::open(&arguments.capture)?;
     free(&mut input.capture, arguments)?;
     // All of them, the held-out too: an hour's fit should not end at a photo that cannot be read.
-    for target in input.capture.targets() {
-        Photograph::of(&input.capture, target, &input.files)?;
+    let wanted = wanted(&input.capture, arguments);
+    let mut photos = BTreeMap::new();
+    if wanted.is_some() {
+        photos = large::look(&input.capture, &input.files)?;
+    } else {
+        for target in input.capture.targets() {
+            Values::of(&input.capture, target, &input.files)?;
+        }
     }
+    let chosen = Chosen { wanted, photos };
     let written = [CAPTURE_FILE, RESULT, REPORT, CHECKPOINT].map(str::to_owned);
     let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;
     let mut console = Console::new(arguments.farm.json);
     let watch = Watch::open(&arguments.watch, ("Fit", &input.capture.name), &interrupt, &console)?;
-    let done = work(arguments, &input, &folder, &mut console, &interrupt, &watch);
+    let done = work(arguments, &input, &chosen, &folder, &mut console, &interrupt, &watch);
     watch.end(&done);
     done
+}
+
+/// What a fit compares of a capture of more pixels than it needs.
+struct Chosen {
+    /// How many pixels; absent, all of them.
+    wanted: Option<u64>,
+    /// The photos as they are shown, where not all pixels are compared.
+    photos: BTreeMap<usize, Values>,
+}
+
+/// How many pixels are compared: what is asked for, or all of a small capture and many of a large one. Absent: all.
+fn wanted(capture: &Capture, arguments: &FitArguments) -> Option<u64> {
+    let pixels = gonio_design::pixels(capture);
+    match arguments.pixels {
+        Pixels::All => None,
+        Pixels::Some(wanted) => Some(wanted).filter(|wanted| *wanted < pixels),
+        Pixels::AsNeeded => (pixels > gonio_design::ALL_UP_TO).then_some(gonio_design::MANY),
+    }
 }
 
 fn work(
     arguments: &FitArguments,
     input: &Input,
+    chosen: &Chosen,
     folder: &Folder,
     console: &mut Console,
     interrupt: &Interrupt,
     watch: &Watch,
 ) -> Result<(), Failure> {
-    let mut options = options(arguments, folder)?;
     let mut farm = open(&arguments.farm, input)?;
+    if let Some(wanted) = chosen.wanted {
+        let design = large::design(&input.capture, &input.files, &farm, arguments.seed, wanted)?;
+        farm = farm.with_design(&design)?;
+    }
+    let mut options = options(arguments, folder, chosen)?;
     options.files = farm.files().map(|(path, digest)| (path.to_owned(), digest.to_string())).collect();
+    // Other pixels make another fit, as other photos do.
+    options.files.extend(farm.design().map(|digest| (CHOSEN.to_owned(), digest.to_string())));
 
     let live = Live::start(watch, &input.capture, &input.files, &farm);
     let result = fit(
@@ -82,7 +122,7 @@ fn work(
         Ok(Pictures::default())
     } else {
         watch.phase("Rendering the report's pictures");
-        pictures::panels(&fitted, &input.files, &mut farm, &result, console, interrupt)
+        pictures::all(&fitted, &input.files, &mut farm, &result, &chosen.photos, console, interrupt)
     };
     let samples = pictures::samples(&fitted, &result);
     let none = Pictures::default();
@@ -130,14 +170,16 @@ fn free(capture: &mut Capture, arguments: &FitArguments) -> Result<(), Failure> 
     Ok(())
 }
 
-fn options(arguments: &FitArguments, folder: &Folder) -> Result<Options, Failure> {
+fn options(arguments: &FitArguments, folder: &Folder, chosen: &Chosen) -> Result<Options, Failure> {
+    let usual = if chosen.wanted.is_some() { gonio_design::SAMPLES } else { SAMPLES };
+    let samples = arguments.samples.unwrap_or(usual);
     let checkpoint = folder.path(CHECKPOINT);
     let resume = if arguments.resume { Some(Checkpoint::read(&checkpoint)?) } else { None };
     Ok(Options {
         solver: arguments.solver,
         seed: arguments.seed,
-        min_samples: FIRST_SAMPLES.min(arguments.samples),
-        max_samples: arguments.samples,
+        min_samples: FIRST_SAMPLES.min(samples),
+        max_samples: samples,
         max_iterations: arguments.max_iterations,
         start: arguments.start.clone(),
         checkpoint: Some(checkpoint),

@@ -7,7 +7,7 @@
 use anyhow::Context;
 use futures::StreamExt;
 use gonio_coordinator::aggregate::reduction::ReducedPhoto;
-use gonio_coordinator::aggregate::{Recipe, Reduction};
+use gonio_coordinator::aggregate::{Measured, Recipe, Reduction};
 use gonio_coordinator::broker::{Active, Broker, Failure, SILENCE, ToWorker, session};
 use gonio_coordinator::journal::{self, Journal};
 use gonio_coordinator::split::{CHUNK_SAMPLES, PhotoArea, Split};

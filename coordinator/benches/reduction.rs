@@ -4,6 +4,7 @@
 //! seven columns are a fit of colour, roughness, index and intensity.
 
 use divan::Bencher;
+use gonio_coordinator::aggregate::Measured;
 use gonio_coordinator::aggregate::merge::{ChunkMerge, MergedFilm};
 use gonio_coordinator::aggregate::recipe::{ActiveColumn, Recipe};
 use gonio_coordinator::aggregate::statistics::{Observed, compare};

@@ -15,15 +15,21 @@
 //! The stage is linearised at the mean, so that the two halves stay equally distributed about it and their product
 //! carries no bias but the stage's curvature over the render's noise.
 //!
-//! The covariance of the Gram matrix's first column that is due to the render: write X = mean + half and mean - half of the two
-//! halves. Then w (X_A e_B + X_B e_A) / 2 = w (mean_X mean_e - half_X half_e), and a small move of the halves' noise moves it by
-//! about u_X = w (mean_X half_e + half_X mean_e), as half differences are distributed as the noise of means is. A pixel's channels
-//! come from the same paths, so u_X is summed over them first: noise += u_X u_Y. For X = Y = e and Gaussian noise of variance q
-//! per half this is exact: mean and half difference are independent, E[(2 mean half)^2] = 4 (e^2 + q / 2) (q / 2), the variance of
-//! e_A e_B = e^2 + e (a + b) + a b.
+//! The covariance of the Gram matrix's first column that is due to the render: let x, y, a be the noise of X, Y, e in half A, and
+//! Q their covariance. Then the covariance of (X_A e_B + X_B e_A) / 2 with the same of Y is
+//!
+//! ```text
+//! (X Y Q_ee + X e Q_ey + e Y Q_xe + e e Q_xy) / 2 + (Q_xy Q_ee + Q_xe Q_ye) / 2
+//! ```
+//!
+//! (for X = Y = e: 2 e^2 q + q^2). Means over the halves have covariance X Y + Q_xy / 2, half differences (A - B) / 2 have Q_xy / 2. So
+//! the expectation of u_X u_Y, with u_X = mean_X half_e' + half_X' mean_e, is just that, if the differences ' come from another pixel
+//! of the same noise: from the pixel's own, u would hold fourth moments, which a rare bright path (a firefly) makes
+//! many times too large, where the product across halves is linear in it. The other pixel is the next one in row order. A pixel's channels come from
+//! the same paths, so u is summed over them first: noise += u_X u_Y.
 //!
 //! A pixel that was drawn with probability p stands for h = 1 / p: every sum above takes it h times, and `noise`, a variance, h^2
-//! times. What the draw itself adds to the covariance of J'We is left to the right model's residuals, of variance 1 / w, and
+//! times (of drawn pixels the next one lies further away: its noise is like the pixel's own in the mean of a tile). What the draw itself adds to the covariance of J'We is left to the right model's residuals, of variance 1 / w, and
 //! Poisson sampling: the estimate's covariance is the sum of h^2 w D D', of which `gram` holds h w D D', so the rest is
 //! draw += (h^2 - h) w (D_A D_B' + D_B D_A') / 2 (Saerndal, Swensson and Wretman 1992, "Model Assisted Survey Sampling",
 //! section 3.2, for the variance of the sum; its expectation under the model is what is summed here).
@@ -71,7 +77,7 @@ pub fn compare(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe, peak:
         ..PhotoStatistics::default()
     };
     let predictions = predict(film, observed, recipe);
-    // u_X of each pixel, summed over its channels.
+    // u of each pixel, summed over its channels.
     let mut moves = vec![0.0; predictions.len() * side];
     for channel in 0..3 {
         compare_channel(film, observed, recipe, peak, channel, &predictions, &mut moves, &mut sums);
@@ -119,11 +125,16 @@ fn compare_channel(
         let variance = observed.sensor.variance(p.surroundings[channel]).max(smallest);
         let w = 1.0 / variance;
         let residual = p.value[channel] - measured;
+        let other = partner(row, predictions.len());
+        let half_of_other = 0.5 * predictions[other].difference[channel];
         let moved = &mut moves[row * side..(row + 1) * side];
         let h = p.weight;
         gram.add(h * w, |i| {
-            let value = i.checked_sub(1).map_or((residual, half), |j| columns[j][row]);
-            moved[place(i)] += w * (value.0 * half + value.1 * residual);
+            let (value, noise) = match i.checked_sub(1) {
+                None => ((residual, half), half_of_other),
+                Some(j) => (columns[j][row], columns[j][other].1),
+            };
+            moved[place(i)] += w * (value.0 * half_of_other + noise * residual);
             value
         });
         if let Some(draw) = &mut draw {
@@ -146,6 +157,12 @@ fn compare_channel(
     if let Some(draw) = draw {
         spread(draw, side, place, &mut sums.draw);
     }
+}
+
+/// The pixel whose noise stands for that of pixel `row` of `count`: the next one, of the last the one before. One alone stands for
+/// itself.
+fn partner(row: usize, count: usize) -> usize {
+    if row + 1 < count { row + 1 } else { row.saturating_sub(1) }
 }
 
 /// Adds a triangle of sums to a symmetric matrix of `side` rows, row `i` of the triangle at `place(i)`.

@@ -157,6 +157,13 @@ pub struct FitArguments {
     /// Absent, all of a capture of up to 524288 pixels, and 1048576 of a larger one
     #[arg(long, value_name = "N|all", default_value = "", hide_default_value = true, value_parser = pixels)]
     pub pixels: Pixels,
+    /// Relative standard error wanted of every freed number, such as 0.002: begins with few pixels and takes as many as that needs,
+    /// unless what photos disagree about allows no better
+    #[arg(long, value_name = "R", conflicts_with_all = ["resume", "pixels"], value_parser = relative)]
+    pub accuracy: Option<f64>,
+    /// Also write residual-NAME.exr for every photo, at full size: photo minus render, in photo values
+    #[arg(long)]
+    pub residuals: bool,
     /// Seed of every random number
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
@@ -299,6 +306,13 @@ fn samples(text: &str) -> Result<u32, String> {
     match text.parse::<u32>() {
         Ok(n) if n >= 2 && n % 2 == 0 && n <= most => Ok(n),
         _ => Err(format!("write an even number from 2 to {most}: each of two halves takes as many")),
+    }
+}
+
+fn relative(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(error) if error > 0.0 && error < 1.0 => Ok(error),
+        _ => Err("write a number between 0 and 1: a standard error over the value".to_owned()),
     }
 }
 

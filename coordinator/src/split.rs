@@ -206,9 +206,9 @@ fn part(drawn: &Measured, photo: usize, tile: Tile, tiles: &mut Vec<TileWork>) {
 mod tests {
     use super::*;
     use crate::aggregate::measured::Drawn;
-    use gonio_scene::{Photograph, Values};
     use gonio_scene::design::Rates;
     use gonio_scene::image::Image;
+    use gonio_scene::{Photograph, Values};
 
     fn area(width: u32, height: u32) -> PhotoArea<'static> {
         PhotoArea { width, height, counted: None }
@@ -280,8 +280,10 @@ mod tests {
             wanted.extend(work.pixels.indices().map(place));
         }
         wanted.sort_unstable();
-        let drawn: Vec<_> =
-            (0..height).flat_map(|y| (0..width).map(move |x| (y, x))).filter(|(y, x)| draw.code(*x, *y).is_some()).collect();
+        let drawn: Vec<_> = (0..height)
+            .flat_map(|y| (0..width).map(move |x| (y, x)))
+            .filter(|(y, x)| draw.code(*x, *y).is_some())
+            .collect();
         assert_eq!(wanted, drawn);
         assert!(split.tiles.len() < 200, "{}", split.tiles.len());
     }

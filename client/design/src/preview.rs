@@ -68,7 +68,8 @@ mod tests {
 
     #[test]
     fn a_preview_sees_the_same_directions() {
-        let camera = Camera { width: 4000, height: 3000, fx: 5000.0, fy: 5100.0, cx: 2010.0, cy: 1490.0, ..Camera::default() };
+        let camera =
+            Camera { width: 4000, height: 3000, fx: 5000.0, fy: 5100.0, cx: 2010.0, cy: 1490.0, ..Camera::default() };
         let capture = Capture { camera: camera.clone(), photos: vec![Photo::default()], ..Capture::default() };
         let Preview { capture: small, factors } = preview(&capture, 320);
         let seen = small.camera_of(&small.photos[0]);

@@ -63,7 +63,8 @@ impl Uncertainty {
             Some(wider) => model.iter().zip(wider).map(|(m, w)| m.max(*w)).collect(),
             None => model.clone(),
         };
-        let share = |(i, error): (usize, &f64)| if *error > 0.0 { render[(i, i)].max(0.0) / (error * error) } else { 0.0 };
+        let share =
+            |(i, error): (usize, &f64)| if *error > 0.0 { render[(i, i)].max(0.0) / (error * error) } else { 0.0 };
         let render_shares = standard_errors.iter().enumerate().map(share).map(|s: f64| s.min(1.0)).collect();
         let (ratio, correlations) = (disagreement(photos.len()), correlations(&covariance));
         Self { standard_errors, model, between_photos, correlations, spectrum, render_shares, ratio }
@@ -71,7 +72,10 @@ impl Uncertainty {
 
     /// The longest of a move's parts, each in its own reported standard error; what the data say nothing about has no part.
     pub fn longest(&self, step: &[f64]) -> f64 {
-        step.iter().zip(&self.standard_errors).map(|(s, e)| if *e > 0.0 { s.abs() / e } else { 0.0 }).fold(0.0, f64::max)
+        step.iter()
+            .zip(&self.standard_errors)
+            .map(|(s, e)| if *e > 0.0 { s.abs() / e } else { 0.0 })
+            .fold(0.0, f64::max)
     }
 
     /// The render's part in the reported variances, in the mean over the parameters that the data say something about.

@@ -161,11 +161,7 @@ impl Farm {
     }
 
     /// Sends what the farm lacks and `lend` does not show it.
-    fn send(
-        &self,
-        files: &dyn Files,
-        lend: &dyn Fn(&str, Digest, u64) -> bool,
-    ) -> Result<OpenCapture, FarmError> {
+    fn send(&self, files: &dyn Files, lend: &dyn Fn(&str, Digest, u64) -> bool) -> Result<OpenCapture, FarmError> {
         let packed = pack(files)?;
         let manifest = packed.manifest.to_blob();
         let capture = Digest::of(&manifest);

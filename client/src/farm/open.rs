@@ -1,7 +1,7 @@
 //! A capture that a farm has, ready to be evaluated.
 
-use super::{Farm, FarmError};
 use super::link::{Events, Link};
+use super::{Farm, FarmError};
 use futures::StreamExt;
 use gonio_fit::evaluate::{Evaluate, EvaluateError, Watch};
 use gonio_proto::convert::design::design_to_blob;

@@ -236,7 +236,8 @@ mod tests {
 
     #[test]
     fn refuses_what_does_not_belong_together() {
-        let statistics = PhotoStatistics { observations: 24, gram: vec![12.0], noise_floor: 24.0, ..PhotoStatistics::default() };
+        let statistics =
+            PhotoStatistics { observations: 24, gram: vec![12.0], noise_floor: 24.0, ..PhotoStatistics::default() };
         let panel = |film: &Film| Panel::new(&capture(), &photograph(4, 2, 0.5), film, &statistics);
         assert!(panel(&film(2, 4, 0.5)).is_none());
         let html = panel(&film(4, 2, 0.5)).unwrap().html();

@@ -117,7 +117,8 @@ impl Reduction {
         let side = 1 + photo.recipe.columns;
         let statistics_fit = match &reduced.statistics {
             Some(statistics) => {
-                photo.photograph.is_some() && [&statistics.gram, &statistics.noise].iter().all(|m| m.len() == side * side)
+                photo.photograph.is_some()
+                    && [&statistics.gram, &statistics.noise].iter().all(|m| m.len() == side * side)
                     && [0, side * side].contains(&statistics.draw.len())
             }
             None => photo.photograph.is_none(),

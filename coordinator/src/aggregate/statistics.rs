@@ -40,9 +40,9 @@ use super::measured::Measured;
 use super::merge::MergedFilm;
 use super::prediction::{Prediction, predict};
 use super::recipe::Recipe;
+use gonio_scene::PhotoStatistics;
 use gonio_scene::capture::Sensor;
 use gonio_scene::film::{PixelSet, Tile};
-use gonio_scene::PhotoStatistics;
 
 /// Smallest variance relative to the square of the photo's peak, for a sensor that claims to be without noise in the dark.
 const SMALLEST: f64 = 1e-12;

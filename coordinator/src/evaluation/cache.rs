@@ -163,8 +163,7 @@ impl Captures {
     /// A file that is missing or broken; a design that does not cover it.
     pub async fn photograph(&self, asking: Asking<'_>) -> Result<Arc<Measured>, Failure> {
         let Asking { described, capture, index, .. } = asking;
-        let target =
-            capture.target(index).ok_or_else(|| Failure::of_request(format!("there is no photo {index}")))?;
+        let target = capture.target(index).ok_or_else(|| Failure::of_request(format!("there is no photo {index}")))?;
         // A file that is not there is reported by whoever opens it.
         let files: Vec<_> =
             target.files().filter_map(|path| Some((path.clone(), *described.manifest.files.get(path)?))).collect();

@@ -167,7 +167,8 @@ async fn work(
     let broker = &coordinator.broker;
     let Checked { request, capture, design, requester, .. } = checked;
     let keeper = coordinator.journal.clone().zip(job.key);
-    let prepared = prepare(&coordinator.captures, job.evaluation, requester, Asked { capture, design, request }, keeper).await?;
+    let prepared =
+        prepare(&coordinator.captures, job.evaluation, requester, Asked { capture, design, request }, keeper).await?;
     let (active, outcome) = prepared;
     let mut restored = Vec::new();
     for (tile, reduced) in tiles {

@@ -168,10 +168,12 @@ mod tests {
     fn another_photo_or_seed_draws_others() {
         let rates = rates(&[8; 4]);
         let places = || (0..200_u32).flat_map(|y| (0..200).map(move |x| (x, y)));
-        let drawn = |seed, photo| places().filter(|(x, y)| rates.draw(seed, photo).code(*x, *y).is_some()).collect::<Vec<_>>();
+        let drawn =
+            |seed, photo| places().filter(|(x, y)| rates.draw(seed, photo).code(*x, *y).is_some()).collect::<Vec<_>>();
         let first = drawn(0, 0);
         for other in [drawn(1, 0), drawn(0, 1)] {
-            let both = first.iter().filter(|place| other.binary_search_by_key(&(place.1, place.0), |p| (p.1, p.0)).is_ok());
+            let both =
+                first.iter().filter(|place| other.binary_search_by_key(&(place.1, place.0), |p| (p.1, p.0)).is_ok());
             // A quarter of 40000, within four standard deviations.
             assert!((both.count() as f64 - 1e4).abs() < 4.0 * 7500.0_f64.sqrt());
         }

@@ -113,7 +113,8 @@ impl PixelSet {
     pub fn indices(&self) -> impl Iterator<Item = usize> + '_ {
         // A large tile's bytes are mostly empty.
         let bytes = self.bits.iter().enumerate().filter(|(_, byte)| **byte != 0);
-        let all = bytes.flat_map(|(i, byte)| (0..8).filter(move |bit| byte >> bit & 1 == 1).map(move |bit| 8 * i + bit));
+        let all =
+            bytes.flat_map(|(i, byte)| (0..8).filter(move |bit| byte >> bit & 1 == 1).map(move |bit| 8 * i + bit));
         all.take_while(|index| *index < self.len)
     }
 

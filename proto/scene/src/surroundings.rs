@@ -50,7 +50,8 @@ impl<'a> Surroundings<'a> {
     #[must_use]
     pub fn all(&self) -> Vec<[f32; 3]> {
         let width = (self.image.width as usize).max(1);
-        let at = |(place, counts): (usize, &bool)| if *counts { self.at(place % width, place / width) } else { [0.0; 3] };
+        let at =
+            |(place, counts): (usize, &bool)| if *counts { self.at(place % width, place / width) } else { [0.0; 3] };
         self.counts.iter().enumerate().map(at).collect()
     }
 }

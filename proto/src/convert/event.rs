@@ -310,8 +310,14 @@ mod tests {
     fn events_survive_the_wire() {
         let progress =
             Progress { tasks_done: 1, tasks: 2, primary_samples: 3, loss: -0.5, loss_standard_error: 0.25, workers: 4 };
-        let statistics =
-            PhotoStatistics { photo: 7, gram: vec![2.0], noise: vec![0.5], observations: 9, peak: 3.0, ..Default::default() };
+        let statistics = PhotoStatistics {
+            photo: 7,
+            gram: vec![2.0],
+            noise: vec![0.5],
+            observations: 9,
+            peak: 3.0,
+            ..Default::default()
+        };
         for event in [
             Event::Accepted(3),
             Event::Progress(progress),

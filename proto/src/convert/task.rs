@@ -196,7 +196,10 @@ impl TryFrom<wire::Task> for Task {
         let side = |length: u32| (1..=LARGEST_TILE).contains(&length);
         let inside = |start: u32| start < gonio_scene::MAX_SIDE;
         if !(side(tile.width) && side(tile.height) && inside(tile.x) && inside(tile.y)) {
-            return Err(WireError::new("Task.tile", format!("is {tile:?}, its sides must be 1 to {LARGEST_TILE} pixels")));
+            return Err(WireError::new(
+                "Task.tile",
+                format!("is {tile:?}, its sides must be 1 to {LARGEST_TILE} pixels"),
+            ));
         }
         let pixels = if task.pixels.is_empty() {
             PixelSet::from_flags(std::iter::repeat_n(true, tile.len()))

@@ -9,7 +9,7 @@ use gonio_fit::{Evaluate, FitResult};
 use gonio_scene::capture::{CAPTURE_FILE, Role};
 use gonio_scene::design::Design;
 use gonio_scene::files::{DirectoryFiles, Files};
-use gonio_scene::{Capture, EvaluationRequest, Output, Photograph, PhotoStatistics, SceneError, Values};
+use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics, Photograph, SceneError, Values};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -22,7 +22,7 @@ const DECODED_BYTES: u64 = 640 << 20;
 const BYTES_PER_PIXEL: u64 = 30;
 
 /// Samples per pixel of a small picture: each stands for hundreds of the photo's pixels.
-const SAMPLES: u32 = 16;
+pub(super) const SAMPLES: u32 = 16;
 
 /// A capture's files with another `capture.toml`, and without its photographs.
 struct Small<'a> {
@@ -122,7 +122,8 @@ pub(super) fn panels(
             flow()
         })
     };
-    let request = EvaluationRequest { photos: held_out, samples: result.samples, seed: result.seed, ..Default::default() };
+    let request =
+        EvaluationRequest { photos: held_out, samples: result.samples, seed: result.seed, ..Default::default() };
     let mut statistics: BTreeMap<usize, PhotoStatistics> =
         result.photos.iter().map(|photo| (photo.photo, photo.clone())).collect();
     if !request.photos.is_empty() {

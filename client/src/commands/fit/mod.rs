@@ -1,7 +1,9 @@
 //! `gonio fit`: from a capture to estimates, a fitted capture and a report.
 
+mod accuracy;
 mod large;
 mod pictures;
+mod residuals;
 
 use super::{command, open};
 use crate::arguments::{FitArguments, Pixels};
@@ -12,6 +14,7 @@ use crate::output::{Output as Folder, tell, to_json, to_pretty_json};
 use crate::progress::{Console, FitConsole};
 use crate::relocate::relocate;
 use crate::watch::{Live, Watch};
+use accuracy::Verdict;
 use gonio::farm::OpenCapture;
 use gonio::report::Report;
 use gonio_fit::{Checkpoint, FitEvent, FitResult, Options};
@@ -55,7 +58,10 @@ pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
         }
     }
     let chosen = Chosen { wanted, photos };
-    let written = [CAPTURE_FILE, RESULT, REPORT, CHECKPOINT].map(str::to_owned);
+    let mut written = [CAPTURE_FILE, RESULT, REPORT, CHECKPOINT].map(str::to_owned).to_vec();
+    if arguments.residuals {
+        written.extend(input.capture.photos.iter().map(|photo| residuals::name(photo.name())));
+    }
     let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;
     let mut console = Console::new(arguments.farm.json);
     let watch = Watch::open(&arguments.watch, ("Fit", &input.capture.name), &interrupt, &console)?;
@@ -78,6 +84,7 @@ fn wanted(capture: &Capture, arguments: &FitArguments) -> Option<u64> {
     match arguments.pixels {
         Pixels::All => None,
         Pixels::Some(wanted) => Some(wanted).filter(|wanted| *wanted < pixels),
+        Pixels::AsNeeded if arguments.accuracy.is_some() => Some(accuracy::PILOT).filter(|pilot| *pilot < pixels),
         Pixels::AsNeeded => (pixels > gonio_design::ALL_UP_TO).then_some(gonio_design::MANY),
     }
 }
@@ -92,28 +99,55 @@ fn work(
     watch: &Watch,
 ) -> Result<(), Failure> {
     let mut farm = open(&arguments.farm, input)?;
-    if let Some(wanted) = chosen.wanted {
-        let design = large::design(&input.capture, &input.files, &farm, arguments.seed, wanted)?;
-        farm = farm.with_design(&design)?;
-    }
     let mut options = options(arguments, folder, chosen)?;
-    options.files = farm.files().map(|(path, digest)| (path.to_owned(), digest.to_string())).collect();
-    // Other pixels make another fit, as other photos do.
-    options.files.extend(farm.design().map(|digest| (CHOSEN.to_owned(), digest.to_string())));
-
-    let live = Live::start(watch, &input.capture, &input.files, &farm);
-    let result = fit(
-        &input.capture,
-        &mut farm,
-        &options,
-        &mut |event| {
-            watch.fit(event);
-            live.note(event);
-            interrupt.flow()
-        },
-        console,
-    )?;
-    drop(live);
+    let mut result = None;
+    let mut pixels = chosen.wanted;
+    let all = gonio_design::pixels(&input.capture);
+    for round in 1..=accuracy::ROUNDS {
+        if let Some(wanted) = pixels {
+            let design = large::design(&input.capture, &input.files, &farm, arguments.seed, wanted)?;
+            farm = farm.with_design(&design)?;
+        }
+        options.files = farm.files().map(|(path, digest)| (path.to_owned(), digest.to_string())).collect();
+        // Other pixels make another fit, as other photos do.
+        options.files.extend(farm.design().map(|digest| (CHOSEN.to_owned(), digest.to_string())));
+        let live = Live::start(watch, &input.capture, &input.files, &farm);
+        let fitted = fit(
+            &input.capture,
+            &mut farm,
+            &options,
+            &mut |event| {
+                watch.fit(event);
+                live.note(event);
+                interrupt.flow()
+            },
+            console,
+        )?;
+        let judged =
+            arguments.accuracy.zip(pixels).map(|(wanted, pixels)| (accuracy::judge(&fitted, wanted, pixels), wanted));
+        options.start = fitted.parameters.iter().map(|p| (p.name.clone(), p.value)).collect();
+        result = Some(fitted);
+        match judged {
+            Some((Verdict::Needs(more), wanted))
+                if round < accuracy::ROUNDS && pixels < Some(all) && !interrupt.is_asked() =>
+            {
+                console.line(&format!("an accuracy of {wanted} needs about {more} pixels"));
+                pixels = Some(more.min(all));
+            }
+            Some((Verdict::Needs(_), wanted)) => {
+                console.line(&format!("an accuracy of {wanted} was not reached"));
+                break;
+            }
+            Some((Verdict::Disagree(error), _)) => {
+                console.line(&format!(
+                    "the scatter between photos allows a relative error of {error:.1e}, whatever the pixels"
+                ));
+                break;
+            }
+            Some((Verdict::Reached, _)) | None => break,
+        }
+    }
+    let result = result.ok_or_else(|| Failure::Failed("there was no fit".to_owned()))?;
     watch.result(&result);
     let fitted = result.apply(&input.capture)?;
     write_capture(&fitted, input, folder)?;
@@ -124,10 +158,16 @@ fn work(
         watch.phase("Rendering the report's pictures");
         pictures::all(&fitted, &input.files, &mut farm, &result, &chosen.photos, console, interrupt)
     };
-    let samples = pictures::samples(&fitted, &result);
+    let whole = chosen.photos.is_empty();
+    let samples = if whole { pictures::samples(&fitted, &result) } else { large::SAMPLES };
     let none = Pictures::default();
     write_report(folder, &result, panels.as_ref().unwrap_or(&none), samples)?;
     watch.panels(&fitted, &panels.as_ref().unwrap_or(&none).photos);
+    if arguments.residuals && !interrupt.is_asked() {
+        watch.phase("Rendering the residuals");
+        let flow = || interrupt.flow();
+        residuals::write(&fitted, &input.files, &mut farm, &result, folder, console, &flow)?;
+    }
     console.end();
     if arguments.farm.json {
         tell(&to_json(&result)?);

@@ -78,10 +78,10 @@ fn naive(film: &MergedFilm, pixels: &[usize], photo: &Photograph, sensor: &Senso
     for (row, (k, index)) in all.iter().copied().enumerate() {
         let (x, y) = at(index);
         // The next pixel that counts, of the last the one before.
-        let other = all.get(row + 1).unwrap_or(&all[row - 1]).0;
+        let other = all.get(row + 1).unwrap_or_else(|| &all[row - 1]).0;
         let mut moved = [0.0; 3];
         for c in 0..3 {
-            let near = (0..30 * 25)
+            let near = (0..30 * 25_usize)
                 .map(|i| (i % 30, i / 30))
                 .filter(|(i, j)| (i.abs_diff(x) <= 1 && j.abs_diff(y) <= 1) && (*i, *j) != (x, y) && counted(*i, *j));
             let near: Vec<f64> = near.map(|(i, j)| f64::from(photo.image.pixels[j * 30 + i][c])).collect();

@@ -22,7 +22,7 @@ pub fn allocate(sizes: &[f64], wanted: f64) -> Vec<f64> {
     let (mut low, mut high) = (0.0, sizes.iter().fold(1.0, |most: f64, size| most.max(libm::pow(*size, 1.0 - POWER))));
     for _ in 0..100 {
         let middle = 0.5 * (low + high);
-        if drawn(middle) < wanted { low = middle } else { high = middle }
+        (low, high) = if drawn(middle) < wanted { (middle, high) } else { (low, middle) };
     }
     sizes.iter().map(|size| rate(*size, high)).collect()
 }

@@ -56,7 +56,7 @@ pub fn design_from_blob(blob: Bytes) -> Result<Design> {
             return Err(WireError::new(field, format!("names photo {photo} twice or not in ascending order")));
         }
         let sides = [cell, columns].iter().all(|side| (1..=MAX_SIDE).contains(side));
-        if !sides || codes.is_empty() || codes.len() % columns as usize != 0 {
+        if !sides || codes.is_empty() || !codes.len().is_multiple_of(columns as usize) {
             let problem = format!(
                 "has {} codes in {columns} columns of {cell} pixels for photo {photo}, which is no grid",
                 codes.len()

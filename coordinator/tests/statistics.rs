@@ -6,6 +6,7 @@
 
 #![allow(clippy::unwrap_used)] // Its helpers may do what its tests may.
 
+use gonio_coordinator::aggregate::Measured;
 use gonio_coordinator::aggregate::merge::MergedFilm;
 use gonio_coordinator::aggregate::recipe::{ActiveColumn, Recipe};
 use gonio_coordinator::aggregate::statistics::{Observed, compare};
@@ -72,16 +73,17 @@ fn naive(film: &MergedFilm, pixels: &[usize], photo: &Photograph, sensor: &Senso
     let at = |index: usize| (3 + index % 20, 2 + index / 20);
     let counted = |x: usize, y: usize| photo.counts[y * 30 + x];
     let variance = |value: f64| sensor.read_noise * sensor.read_noise + sensor.shot_noise * value.max(0.0);
-    let all: Vec<(usize, usize)> = pixels.iter().copied().enumerate().filter(|(_, i)| counted(at(*i).0, at(*i).1)).collect();
+    let all: Vec<(usize, usize)> =
+        pixels.iter().copied().enumerate().filter(|(_, i)| counted(at(*i).0, at(*i).1)).collect();
     for (row, (k, index)) in all.iter().copied().enumerate() {
         let (x, y) = at(index);
         // The next pixel that counts, of the last the one before.
         let other = all.get(row + 1).unwrap_or_else(|| &all[row - 1]).0;
         let mut moved = [0.0; 3];
         for c in 0..3 {
-            let near = (0..30 * 25_usize).map(|i| (i % 30, i / 30)).filter(|(i, j)| {
-                (i.abs_diff(x) <= 1 && j.abs_diff(y) <= 1) && (*i, *j) != (x, y) && counted(*i, *j)
-            });
+            let near = (0..30 * 25_usize)
+                .map(|i| (i % 30, i / 30))
+                .filter(|(i, j)| (i.abs_diff(x) <= 1 && j.abs_diff(y) <= 1) && (*i, *j) != (x, y) && counted(*i, *j));
             let near: Vec<f64> = near.map(|(i, j)| f64::from(photo.image.pixels[j * 30 + i][c])).collect();
             // The photo's values around are kept in single precision.
             let around = f64::from((near.iter().sum::<f64>() / near.len() as f64) as f32);
@@ -131,7 +133,8 @@ fn equals_a_naive_evaluation_of_the_formulas() {
         let data = (0..2 * indices.len() * 9).map(|_| 0.3 + 0.1 * noise.normal()).collect();
         let film = MergedFilm { pixels: indices.len(), channels: 9, data, invalid_samples: 4 };
         let set = PixelSet::from_flags(flags);
-        let observed = Observed { tile: TILE, pixels: &set, photograph: &photo, sensor: &sensor };
+        let observed =
+            Observed { tile: TILE, pixels: &set, photograph: &Measured::All(photo.clone()), sensor: &sensor };
         let found = compare(&film, observed, &recipe(1.3, &sensor), 1.0);
         let expected = naive(&film, &indices, &photo, &sensor, 1.3);
         let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-6 * b.abs().max(1.0), "{a} is not {b}");
@@ -158,7 +161,12 @@ fn render(noise: &mut Noise, truth: f64, derivative: f64, half_sigma: f64) -> Me
 
 fn compare_all(film: &MergedFilm, photo: &Photograph, sensor: &Sensor) -> PhotoStatistics {
     let set = all_pixels();
-    compare(film, Observed { tile: TILE, pixels: &set, photograph: photo, sensor }, &recipe(1.0, sensor), 1.0)
+    compare(
+        film,
+        Observed { tile: TILE, pixels: &set, photograph: &Measured::All(photo.clone()), sensor },
+        &recipe(1.0, sensor),
+        1.0,
+    )
 }
 
 fn sensor(read_noise: f64) -> Sensor {
@@ -212,7 +220,8 @@ fn weights_are_the_photographs_alone() {
     assert_eq!(first.noise_floor.to_bits(), second.noise_floor.to_bits());
     assert_eq!(first.log_variance.to_bits(), second.log_variance.to_bits());
     // The loss is a parabola in the render's level, whose curvature is twice the sum of the weights: the same near and far.
-    let weights = |level: f64| (of(level + 0.1, 0.0).loss() + of(level - 0.1, 0.0).loss() - 2.0 * of(level, 0.0).loss()) / 0.02;
+    let weights =
+        |level: f64| (of(level + 0.1, 0.0).loss() + of(level - 0.1, 0.0).loss() - 2.0 * of(level, 0.0).loss()) / 0.02;
     assert!((weights(0.3) / weights(7.0) - 1.0).abs() < 1e-6, "{} {}", weights(0.3), weights(7.0));
 }
 
@@ -258,7 +267,9 @@ fn products_of_halves_carry_no_noise_bias() {
 /// that a pixel's channels share, as those of a path do.
 #[test]
 fn loss_and_gradient_know_their_own_covariance() {
-    for (offset, render_sigma, shared) in [(0.0, 0.05, false), (0.03, 0.01, false), (0.03, 0.05, false), (0.03, 0.05, true)] {
+    for (offset, render_sigma, shared) in
+        [(0.0, 0.05, false), (0.03, 0.01, false), (0.03, 0.05, false), (0.03, 0.05, true)]
+    {
         let mut noise = Noise(17);
         let photo = photograph(|_, _| [(0.5 - offset) as f32; 3], |_, _| true);
         let runs: Vec<PhotoStatistics> = (0..1500)
@@ -280,7 +291,10 @@ fn loss_and_gradient_know_their_own_covariance() {
             let (claimed, _) = mean(&runs.iter().map(|s| s.noise[3 * i + j]).collect::<Vec<_>>());
             // 4.5 standard errors of the observed covariance, and those of the claims' mean.
             let tolerance = 4.5 * error + 0.02 * observed.abs();
-            assert!((claimed - observed).abs() < tolerance, "{offset} {render_sigma} {shared} {i}{j}: {claimed} for {observed}");
+            assert!(
+                (claimed - observed).abs() < tolerance,
+                "{offset} {render_sigma} {shared} {i}{j}: {claimed} for {observed}"
+            );
         }
     }
 }
@@ -319,7 +333,12 @@ fn of_capture(capture: &Capture, columns: &[Parameter], film: &MergedFilm) -> Ph
     let recipe = Recipe::new(&plan, capture, 0);
     let photo = photograph(|x, y| [0.3, 0.01 * x as f32, 0.02 * y as f32], |_, _| true);
     let set = all_pixels();
-    compare(film, Observed { tile: TILE, pixels: &set, photograph: &photo, sensor: &capture.sensor }, &recipe, 1.0)
+    compare(
+        film,
+        Observed { tile: TILE, pixels: &set, photograph: &Measured::All(photo.clone()), sensor: &capture.sensor },
+        &recipe,
+        1.0,
+    )
 }
 
 #[test]

@@ -16,6 +16,8 @@ pub struct Normal {
     pub gradient: DVector<f64>,
     /// Covariance of `gradient` that is due to the render's noise.
     pub noise: DMatrix<f64>,
+    /// What drawing pixels adds to the covariance of `gradient`, under the right model.
+    pub draw: DMatrix<f64>,
     /// The photos' sums; its Gram matrix stays in physical units.
     pub total: PhotoStatistics,
 }
@@ -39,7 +41,9 @@ impl Normal {
         });
         let gradient = DVector::from_fn(n, |i, _| 0.5 * (gram(i + 1, 0) + gram(0, i + 1)) * slope[i]);
         let noise = DMatrix::from_fn(n, n, |i, j| moved(i + 1, j + 1) * slope[i] * slope[j]);
-        Self { matrix, gradient, noise, total }
+        let drawn = |i: usize, j: usize| total.draw.get(i * (n + 1) + j).copied().unwrap_or(0.0);
+        let draw = DMatrix::from_fn(n, n, |i, j| drawn(i + 1, j + 1) * slope[i] * slope[j]);
+        Self { matrix, gradient, noise, draw, total }
     }
 
     /// Observations as a float.
@@ -65,6 +69,8 @@ impl Normal {
             copy.gradient[i] = 0.0;
             copy.noise.row_mut(i).fill(0.0);
             copy.noise.column_mut(i).fill(0.0);
+            copy.draw.row_mut(i).fill(0.0);
+            copy.draw.column_mut(i).fill(0.0);
         }
         copy
     }

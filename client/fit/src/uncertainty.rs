@@ -3,8 +3,9 @@
 //! Two answers to "how far off may it be?", from the per-photo normal equations at the estimate. H = J'WJ is of the photos' own
 //! noise, N the covariance of J'Wr that the render's noise makes ([`gonio_scene::PhotoStatistics::noise`]):
 //!
-//! - model: H^-1 (c H + N) H^-1, right where the model is; c is reduced chi-square where that exceeds 1, as if what the
-//!   model does not explain were more noise of the same kind;
+//! - model: H^-1 (c (H + D) + N) H^-1, right where the model is; c is reduced chi-square where that exceeds 1, as if what the
+//!   model does not explain were more noise of the same kind; D is what drawing pixels instead of comparing all adds
+//!   ([`gonio_scene::PhotoStatistics::draw`]);
 //! - between photos: the sandwich H^-1 (sum over photos of g g') H^-1 with g = J'Wr of one photo (Huber 1967,
 //!   White 1980; clustered: Liang and Zeger 1986), times K / (K - 1) for K photos. It also holds where residuals are
 //!   alike within a photo, as those of a wrong light or pose are, which no number of pixels averages away. With few
@@ -55,13 +56,15 @@ impl Uncertainty {
             let errors = m.diagonal().map(|v| v.max(0.0).sqrt());
             errors.iter().zip(&known).map(|(e, k)| if *k { *e } else { f64::INFINITY }).collect()
         };
-        let model = root(&(&covariance * misfit + &render));
+        let drawn = &covariance * &normal.draw * &covariance;
+        let model = root(&((&covariance + drawn) * misfit + &render));
         let between_photos = sandwich(photos, &covariance, slopes).map(|m| root(&m));
         let standard_errors: Vec<f64> = match &between_photos {
             Some(wider) => model.iter().zip(wider).map(|(m, w)| m.max(*w)).collect(),
             None => model.clone(),
         };
-        let share = |(i, error): (usize, &f64)| if *error > 0.0 { render[(i, i)].max(0.0) / (error * error) } else { 0.0 };
+        let share =
+            |(i, error): (usize, &f64)| if *error > 0.0 { render[(i, i)].max(0.0) / (error * error) } else { 0.0 };
         let render_shares = standard_errors.iter().enumerate().map(share).map(|s: f64| s.min(1.0)).collect();
         let (ratio, correlations) = (disagreement(photos.len()), correlations(&covariance));
         Self { standard_errors, model, between_photos, correlations, spectrum, render_shares, ratio }
@@ -69,7 +72,10 @@ impl Uncertainty {
 
     /// The longest of a move's parts, each in its own reported standard error; what the data say nothing about has no part.
     pub fn longest(&self, step: &[f64]) -> f64 {
-        step.iter().zip(&self.standard_errors).map(|(s, e)| if *e > 0.0 { s.abs() / e } else { 0.0 }).fold(0.0, f64::max)
+        step.iter()
+            .zip(&self.standard_errors)
+            .map(|(s, e)| if *e > 0.0 { s.abs() / e } else { 0.0 })
+            .fold(0.0, f64::max)
     }
 
     /// The render's part in the reported variances, in the mean over the parameters that the data say something about.
@@ -154,6 +160,15 @@ mod tests {
         assert_eq!(u.standard_errors, u.model);
         assert!(!u.photos_disagree(0));
         assert_eq!(u.render_share(), 0.0);
+    }
+
+    #[test]
+    fn pixels_that_stand_for_many_are_as_many_as_they_are() {
+        // A hundred pixels that stand for nine each: H is 900, the gradient's covariance 81 x 100, as for 100 pixels.
+        let draw = vec![0.0, 0.0, 0.0, 8100.0 - 900.0];
+        let drawn = PhotoStatistics { draw, observations: 900, noise_floor: 900.0, ..photo(900, 0.0) };
+        let u = Uncertainty::new(&[drawn], &[1.0]);
+        assert!((u.model[0] / 0.1 - (900.0_f64 / 899.0).sqrt()).abs() < 1e-12, "{}", u.model[0]);
     }
 
     #[test]

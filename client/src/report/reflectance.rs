@@ -168,7 +168,8 @@ mod tests {
         let image = Image { width: 40, height: 1, pixels: vec![[value; 3]; 40] };
         let measured = Photograph::new(image, vec![true; 40], 0);
         let film = Film { photo: 0, width: 40, height: 1, channels: vec![vec![model; 40]; 3] };
-        let statistics = PhotoStatistics { observations: 120, gram: vec![60.0], noise_floor: 120.0, ..PhotoStatistics::default() };
+        let statistics =
+            PhotoStatistics { observations: 120, gram: vec![60.0], noise_floor: 120.0, ..PhotoStatistics::default() };
         ReflectancePanel::new(&capture, &measured, &pairs, &film, &statistics)
     }
 

@@ -5,6 +5,7 @@
 
 pub mod gram;
 mod limit;
+pub mod measured;
 pub mod merge;
 pub mod prediction;
 pub mod recipe;
@@ -12,5 +13,6 @@ pub mod reduction;
 pub mod statistics;
 mod window;
 
+pub use measured::Measured;
 pub use recipe::Recipe;
 pub use reduction::Reduction;

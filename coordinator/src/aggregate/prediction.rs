@@ -16,6 +16,8 @@ pub struct Prediction {
     pub measured: [f64; 3],
     /// r: the mean of the photo's values around.
     pub surroundings: [f64; 3],
+    /// h: for how many pixels this one stands.
+    pub weight: f64,
     /// M: the values predicted by the mean of the halves.
     pub value: [f64; 3],
     /// P_A - P_B.
@@ -62,10 +64,7 @@ pub fn predict(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe) -> Ve
     let mut predictions = Vec::with_capacity(film.pixels);
     for (pixel, index) in pixels.indices().enumerate() {
         let (x, y) = (tile.x as usize + index % tile.width as usize, tile.y as usize + index / tile.width as usize);
-        let place = y * photograph.image.width as usize + x;
-        if !photograph.counts[place] {
-            continue;
-        }
+        let Some(photo) = photograph.at(x, y) else { continue };
         let half = |half: usize| {
             let film = film.pixel(half, pixel);
             [0, 1, 2].map(|c| recipe.factor * film[c])
@@ -79,8 +78,9 @@ pub fn predict(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe) -> Ve
         predictions.push(Prediction {
             pixel,
             index,
-            measured: photograph.image.pixels[place].map(f64::from),
-            surroundings: photograph.surroundings[place].map(f64::from),
+            measured: photo.value.map(f64::from),
+            surroundings: photo.surroundings.map(f64::from),
+            weight: photo.weight,
             value: predicted.value,
             difference,
             slope: predicted.slope,

@@ -1,5 +1,6 @@
 //! The reduction of one evaluation: takes task films in any order, gives its statistics and films.
 
+use super::measured::Measured;
 use super::merge::{ChunkMerge, MergedFilm};
 use super::recipe::Recipe;
 use super::statistics::{Observed, compare};
@@ -7,7 +8,7 @@ use crate::split::{Part, Split};
 use gonio_proto::convert::reduced::Reduced;
 use gonio_scene::capture::Sensor;
 use gonio_scene::film::TileFilm;
-use gonio_scene::{Evaluation, Film, Output, PhotoStatistics, Photograph};
+use gonio_scene::{Evaluation, Film, Output, PhotoStatistics};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -25,7 +26,7 @@ pub struct ReducedPhoto {
     /// How sure what was measured is.
     pub sensor: Sensor,
     /// What was measured, where it is compared with.
-    pub photograph: Option<Arc<Photograph>>,
+    pub photograph: Option<Arc<Measured>>,
     /// Largest measured value among the pixels that count.
     pub peak: f64,
 }
@@ -116,7 +117,9 @@ impl Reduction {
         let side = 1 + photo.recipe.columns;
         let statistics_fit = match &reduced.statistics {
             Some(statistics) => {
-                photo.photograph.is_some() && [&statistics.gram, &statistics.noise].iter().all(|m| m.len() == side * side)
+                photo.photograph.is_some()
+                    && [&statistics.gram, &statistics.noise].iter().all(|m| m.len() == side * side)
+                    && [0, side * side].contains(&statistics.draw.len())
             }
             None => photo.photograph.is_none(),
         };
@@ -240,7 +243,7 @@ impl Reduction {
 
 fn check_finite(s: &PhotoStatistics) -> Result<(), String> {
     let sums = [s.noise_floor, s.render_noise, s.squared_error, s.log_variance, s.peak];
-    if s.gram.iter().chain(&s.noise).chain(&sums).all(|v| v.is_finite()) {
+    if s.gram.iter().chain(&s.noise).chain(&s.draw).chain(&sums).all(|v| v.is_finite()) {
         return Ok(());
     }
     Err(format!(

@@ -27,15 +27,22 @@
 //! of the same noise: from the pixel's own, u would hold fourth moments, which a rare bright path (a firefly) makes
 //! many times too large, where the product across halves is linear in it. The other pixel is the next one in row order. A pixel's channels come from
 //! the same paths, so u is summed over them first: noise += u_X u_Y.
+//!
+//! A pixel that was drawn with probability p stands for h = 1 / p: every sum above takes it h times, and `noise`, a variance, h^2
+//! times (of drawn pixels the next one lies further away: its noise is like the pixel's own in the mean of a tile). What the draw itself adds to the covariance of J'We is left to the right model's residuals, of variance 1 / w, and
+//! Poisson sampling: the estimate's covariance is the sum of h^2 w D D', of which `gram` holds h w D D', so the rest is
+//! draw += (h^2 - h) w (D_A D_B' + D_B D_A') / 2 (Saerndal, Swensson and Wretman 1992, "Model Assisted Survey Sampling",
+//! section 3.2, for the variance of the sum; its expectation under the model is what is summed here).
 
 use super::gram::Gram;
 use super::limit::limit;
+use super::measured::Measured;
 use super::merge::MergedFilm;
 use super::prediction::{Prediction, predict};
 use super::recipe::Recipe;
+use gonio_scene::PhotoStatistics;
 use gonio_scene::capture::Sensor;
 use gonio_scene::film::{PixelSet, Tile};
-use gonio_scene::{PhotoStatistics, Photograph};
 
 /// Smallest variance relative to the square of the photo's peak, for a sensor that claims to be without noise in the dark.
 const SMALLEST: f64 = 1e-12;
@@ -48,7 +55,7 @@ pub struct Observed<'a> {
     /// Its pixels that were rendered.
     pub pixels: &'a PixelSet,
     /// What was measured.
-    pub photograph: &'a Photograph,
+    pub photograph: &'a Measured,
     /// How a value was measured.
     pub sensor: &'a Sensor,
 }
@@ -61,9 +68,11 @@ pub struct Observed<'a> {
 #[must_use]
 pub fn compare(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe, peak: f64) -> PhotoStatistics {
     let side = 1 + recipe.columns;
+    let is_drawn = matches!(observed.photograph, Measured::Drawn(_));
     let mut sums = PhotoStatistics {
         gram: vec![0.0; side * side],
         noise: vec![0.0; side * side],
+        draw: if is_drawn { vec![0.0; side * side] } else { Vec::new() },
         invalid_samples: film.invalid_samples,
         ..PhotoStatistics::default()
     };
@@ -74,8 +83,8 @@ pub fn compare(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe, peak:
         compare_channel(film, observed, recipe, peak, channel, &predictions, &mut moves, &mut sums);
     }
     let mut noise = Gram::new(side);
-    for row in moves.chunks_exact(side) {
-        noise.add(1.0, |i| (row[i], 0.0));
+    for (row, p) in moves.chunks_exact(side).zip(&predictions) {
+        noise.add(p.weight * p.weight, |i| (row[i], 0.0));
     }
     spread(noise, side, |i| i, &mut sums.noise);
     sums
@@ -108,7 +117,9 @@ fn compare_channel(
     let place = |i: usize| if i == 0 { 0 } else { 1 + active[i - 1].column };
     let smallest = (SMALLEST * peak * peak).max(f64::MIN_POSITIVE.sqrt());
     let mut gram = Gram::new(1 + active.len());
+    let mut draw = (!sums.draw.is_empty()).then(|| Gram::new(1 + active.len()));
     let mut log_variance = LogSum::default();
+    let (mut weighted_log, mut weight) = (0.0, 0.0);
     for (row, p) in predictions.iter().enumerate() {
         let (measured, half) = (p.measured[channel], 0.5 * p.difference[channel]);
         let variance = observed.sensor.variance(p.surroundings[channel]).max(smallest);
@@ -117,7 +128,8 @@ fn compare_channel(
         let other = partner(row, predictions.len());
         let half_of_other = 0.5 * predictions[other].difference[channel];
         let moved = &mut moves[row * side..(row + 1) * side];
-        gram.add(w, |i| {
+        let h = p.weight;
+        gram.add(h * w, |i| {
             let (value, noise) = match i.checked_sub(1) {
                 None => ((residual, half), half_of_other),
                 Some(j) => (columns[j][row], columns[j][other].1),
@@ -125,15 +137,26 @@ fn compare_channel(
             moved[place(i)] += w * (value.0 * half_of_other + noise * residual);
             value
         });
-        sums.noise_floor += w * observed.sensor.variance(measured).max(smallest);
-        sums.render_noise += w * half * half;
-        sums.squared_error += residual * residual - half * half;
-        log_variance.add(variance);
+        if let Some(draw) = &mut draw {
+            // The residual's own row and column are left out: its part is known to be that of the right model.
+            draw.add((h * h - h) * w, |i| i.checked_sub(1).map_or((0.0, 0.0), |j| columns[j][row]));
+            weighted_log += h * libm::log(variance);
+        } else {
+            log_variance.add(variance);
+        }
+        weight += h;
+        sums.noise_floor += h * (w * observed.sensor.variance(measured).max(smallest));
+        sums.render_noise += h * (w * half * half);
+        sums.squared_error += h * (residual * residual - half * half);
         sums.peak = sums.peak.max(measured);
     }
-    sums.observations += predictions.len() as u64;
-    sums.log_variance += log_variance.finish();
+    sums.observations += weight.round() as u64;
+    sums.compared += predictions.len() as u64;
+    sums.log_variance += log_variance.finish() + weighted_log;
     spread(gram, side, place, &mut sums.gram);
+    if let Some(draw) = draw {
+        spread(draw, side, place, &mut sums.draw);
+    }
 }
 
 /// The pixel whose noise stands for that of pixel `row` of `count`: the next one, of the last the one before. One alone stands for

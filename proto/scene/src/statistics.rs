@@ -29,8 +29,10 @@
 pub struct PhotoStatistics {
     /// Index of the photo.
     pub photo: usize,
-    /// Number of observations.
+    /// Number of observations; where pixels were drawn, the estimate of it, rounded tile by tile.
     pub observations: u64,
+    /// Observations that were really compared: fewer where pixels were drawn.
+    pub compared: u64,
     /// Gram matrix of [render - photo, d/d column...] under the weights `w`, `(1 + columns)^2` numbers, row-major, symmetric.
     /// Products of the two half buffers, so that Monte Carlo noise adds no bias; hence its diagonal may be negative where
     /// there is nothing but noise.
@@ -38,6 +40,9 @@ pub struct PhotoStatistics {
     /// Covariance of the first column of `gram` (the loss, then J'We by column) that is due to the render's noise; of the same
     /// shape. Its first number is the variance of the loss.
     pub noise: Vec<f64>,
+    /// What drawing pixels adds to the covariance of J'We, of the shape of `gram`: the sum of (h^2 - h) w D D' over those that were
+    /// drawn, each of which stands for h. Row and column of the residual are zero. Empty where all pixels were compared.
+    pub draw: Vec<f64>,
     /// Sum of w v(y): the expectation of the loss under a right model.
     pub noise_floor: f64,
     /// Sum of w times the variance of the render (the mean of the halves): what a plain square would add to the loss.
@@ -82,7 +87,11 @@ impl PhotoStatistics {
     pub fn add(&mut self, other: &Self) {
         add(&mut self.gram, &other.gram);
         add(&mut self.noise, &other.noise);
+        if !other.draw.is_empty() {
+            add(&mut self.draw, &other.draw);
+        }
         self.observations += other.observations;
+        self.compared += other.compared;
         self.noise_floor += other.noise_floor;
         self.render_noise += other.render_noise;
         self.squared_error += other.squared_error;

@@ -8,32 +8,52 @@ use crate::image::Image;
 /// Half the side of the window in pixels: 3x3 pixels, the smallest that has neighbours on every side.
 const RADIUS: usize = 1;
 
-/// The mean of the pixels around each pixel that `counts`, without itself, per channel; row-major, zero where a pixel does
-/// not count. One without neighbours takes the mean of all others that count, the only one its own value.
-pub(crate) fn surroundings(image: &Image, counts: &[bool]) -> Vec<[f32; 3]> {
-    let (width, height) = (image.width as usize, image.height as usize);
-    let mut total = Sum::default();
-    for (pixel, _) in image.pixels.iter().zip(counts).filter(|(_, counts)| **counts) {
-        total.add(pixel);
+/// The means of the pixels around those of an image.
+#[derive(Debug)]
+pub struct Surroundings<'a> {
+    image: &'a Image,
+    counts: &'a [bool],
+    /// Over all pixels that count.
+    total: Sum,
+}
+
+impl<'a> Surroundings<'a> {
+    /// Of an image, by its pixels that `counts`: as many as it has, row-major.
+    #[must_use]
+    pub fn new(image: &'a Image, counts: &'a [bool]) -> Self {
+        let mut total = Sum::default();
+        for (pixel, _) in image.pixels.iter().zip(counts).filter(|(_, counts)| **counts) {
+            total.add(pixel);
+        }
+        Self { image, counts, total }
     }
-    let mut around = vec![[0.0; 3]; image.pixels.len()];
-    for y in 0..height {
-        let rows = y.saturating_sub(RADIUS)..(y + RADIUS + 1).min(height);
-        for x in (0..width).filter(|x| counts[y * width + x]) {
-            let columns = x.saturating_sub(RADIUS)..(x + RADIUS + 1).min(width);
-            let mut near = Sum::default();
-            for row in rows.clone() {
-                for place in columns.clone().map(|column| row * width + column) {
-                    if counts[place] && place != y * width + x {
-                        near.add(&image.pixels[place]);
-                    }
+
+    /// The mean of the pixels around column `x` and row `y` that count, without that pixel, per channel. Without neighbours it takes
+    /// the mean of all others that count, and where there is no other, its own value.
+    #[must_use]
+    pub fn at(&self, x: usize, y: usize) -> [f32; 3] {
+        let (width, height) = (self.image.width as usize, self.image.height as usize);
+        let columns = x.saturating_sub(RADIUS)..(x + RADIUS + 1).min(width);
+        let mut near = Sum::default();
+        for row in y.saturating_sub(RADIUS)..(y + RADIUS + 1).min(height) {
+            for place in columns.clone().map(|column| row * width + column) {
+                if self.counts[place] && place != y * width + x {
+                    near.add(&self.image.pixels[place]);
                 }
             }
-            let own = &image.pixels[y * width + x];
-            around[y * width + x] = near.mean().or_else(|| total.without(own).mean()).unwrap_or(*own);
         }
+        let own = &self.image.pixels[y * width + x];
+        near.mean().or_else(|| self.total.without(own).mean()).unwrap_or(*own)
     }
-    around
+
+    /// Of every pixel, row-major; zero where one does not count.
+    #[must_use]
+    pub fn all(&self) -> Vec<[f32; 3]> {
+        let width = (self.image.width as usize).max(1);
+        let at =
+            |(place, counts): (usize, &bool)| if *counts { self.at(place % width, place / width) } else { [0.0; 3] };
+        self.counts.iter().enumerate().map(at).collect()
+    }
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -72,7 +92,7 @@ mod tests {
     #[test]
     fn a_pixel_is_no_part_of_its_surroundings() {
         let image = image(&[1.0, 2.0, 3.0, 4.0, 100.0, 6.0, 7.0, 8.0, 9.0]);
-        let around = surroundings(&image, &[true; 9]);
+        let around = Surroundings::new(&image, &[true; 9]).all();
         assert_eq!(around[4], [5.0; 3]);
         assert_eq!(around[0], [(2.0 + 4.0 + 100.0) / 3.0; 3]);
     }
@@ -80,9 +100,9 @@ mod tests {
     #[test]
     fn only_pixels_that_count_speak() {
         let image = image(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-        let around = surroundings(&image, &[true, false, true, false, false, true]);
+        let around = Surroundings::new(&image, &[true, false, true, false, false, true]).all();
         // The first has no neighbour that counts; the last two have each other.
         assert_eq!(around, [[4.5; 3], [0.0; 3], [6.0; 3], [0.0; 3], [0.0; 3], [3.0; 3]]);
-        assert_eq!(surroundings(&image, &[false, true, false, false, false, false])[1], [2.0; 3]);
+        assert_eq!(Surroundings::new(&image, &[false, true, false, false, false, false]).all()[1], [2.0; 3]);
     }
 }

@@ -103,8 +103,10 @@ pub(super) fn statistics_to_wire(s: PhotoStatistics) -> wire::PhotoStatistics {
     wire::PhotoStatistics {
         photo: u32::try_from(s.photo).unwrap_or(u32::MAX),
         observations: s.observations,
+        compared: s.compared,
         gram: s.gram,
         noise: s.noise,
+        draw: s.draw,
         noise_floor: s.noise_floor,
         render_noise: s.render_noise,
         squared_error: s.squared_error,
@@ -130,11 +132,20 @@ pub(super) fn statistics(s: wire::PhotoStatistics) -> Result<PhotoStatistics> {
     for value in &s.noise {
         finite("PhotoStatistics.noise", *value)?;
     }
+    if !s.draw.is_empty() && s.draw.len() != s.gram.len() {
+        let problem = format!("has {} numbers, must have {} as the Gram matrix, or none", s.draw.len(), s.gram.len());
+        return Err(WireError::new("PhotoStatistics.draw", problem));
+    }
+    for value in &s.draw {
+        finite("PhotoStatistics.draw", *value)?;
+    }
     Ok(PhotoStatistics {
         photo: s.photo as usize,
         observations: s.observations,
+        compared: s.compared,
         gram: s.gram,
         noise: s.noise,
+        draw: s.draw,
         noise_floor: finite_and_not_negative("PhotoStatistics.noise_floor", s.noise_floor)?,
         render_noise: finite_and_not_negative("PhotoStatistics.render_noise", s.render_noise)?,
         squared_error: finite("PhotoStatistics.squared_error", s.squared_error)?,
@@ -299,8 +310,14 @@ mod tests {
     fn events_survive_the_wire() {
         let progress =
             Progress { tasks_done: 1, tasks: 2, primary_samples: 3, loss: -0.5, loss_standard_error: 0.25, workers: 4 };
-        let statistics =
-            PhotoStatistics { photo: 7, gram: vec![2.0], noise: vec![0.5], observations: 9, peak: 3.0, ..Default::default() };
+        let statistics = PhotoStatistics {
+            photo: 7,
+            gram: vec![2.0],
+            noise: vec![0.5],
+            observations: 9,
+            peak: 3.0,
+            ..Default::default()
+        };
         for event in [
             Event::Accepted(3),
             Event::Progress(progress),

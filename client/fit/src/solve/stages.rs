@@ -35,12 +35,7 @@ pub(super) fn run(objective: &Objective<'_>, options: &Options, search: &mut Sea
             _ => {
                 let left = uncertainty.longest(after.spectrum().step(0.0).as_slice());
                 let tolerance = options.tolerance.max(TOLERANCE);
-                return Ok(Outcome {
-                    evaluated: u.clone(),
-                    position: u,
-                    samples,
-                    converged: left <= tolerance,
-                });
+                return Ok(Outcome { evaluated: u.clone(), position: u, samples, converged: left <= tolerance });
             }
         }
     }

@@ -7,8 +7,8 @@
 
 use super::schedule::Schedule;
 use crate::normal::{Normal, Spectrum};
-use crate::uncertainty::Uncertainty;
 use crate::objective::{Objective, Stopped};
+use crate::uncertainty::Uncertainty;
 use crate::{Space, Transform};
 use argmin::core::{Error, IterState, KV, Problem, Solver, TerminationReason, TerminationStatus};
 use nalgebra::DVector;

@@ -73,7 +73,12 @@ impl Fake {
 
     fn compare(&self, request: &EvaluationRequest, model: &Capture, photo: usize) -> PhotoStatistics {
         let side = request.columns.len() + 1;
-        let mut sums = PhotoStatistics { photo, gram: vec![0.0; side * side], noise: vec![0.0; side * side], ..PhotoStatistics::default() };
+        let mut sums = PhotoStatistics {
+            photo,
+            gram: vec![0.0; side * side],
+            noise: vec![0.0; side * side],
+            ..PhotoStatistics::default()
+        };
         let moved: Vec<(Capture, Capture, f64)> = request
             .columns
             .iter()

@@ -2,7 +2,7 @@
 
 mod pictures;
 
-use super::{command, open};
+use super::{check, command, open};
 use crate::arguments::FitArguments;
 use crate::failure::Failure;
 use crate::input::Input;
@@ -40,6 +40,7 @@ pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
     for target in input.capture.targets() {
         Photograph::of(&input.capture, target, &input.files)?;
     }
+    check::warn_before(&input.capture, &input.files);
     let written = [CAPTURE_FILE, RESULT, REPORT, CHECKPOINT].map(str::to_owned);
     let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;
     let mut console = Console::new(arguments.farm.json);

@@ -77,8 +77,15 @@ fn naive(film: &MergedFilm, pixels: &[usize], photo: &Photograph, sensor: &Senso
         pixels.iter().copied().enumerate().filter(|(_, i)| counted(at(*i).0, at(*i).1)).collect();
     for (row, (k, index)) in all.iter().copied().enumerate() {
         let (x, y) = at(index);
-        // The next pixel that counts, of the last the one before.
-        let other = all.get(row + 1).unwrap_or_else(|| &all[row - 1]).0;
+        // The neighbour of the nearest value; where there is none, the nearer of the one before and the one after.
+        let values = |index: usize| photo.image.pixels[at(index).1 * 30 + at(index).0].map(f64::from);
+        let apart = |other: usize| -> f64 { (0..3).map(|c| (values(other)[c] - values(index)[c]).powi(2)).sum() };
+        let beside = |other: usize| at(other).0.abs_diff(x) <= 1 && at(other).1.abs_diff(y) <= 1;
+        let mut near: Vec<(usize, usize)> = all.iter().copied().filter(|(_, i)| *i != index && beside(*i)).collect();
+        if near.is_empty() {
+            near = [row.wrapping_sub(1), row + 1].iter().filter_map(|r| all.get(*r).copied()).collect();
+        }
+        let other = near.iter().min_by(|a, b| apart(a.1).total_cmp(&apart(b.1))).unwrap().0;
         let mut moved = [0.0; 3];
         for c in 0..3 {
             let near = (0..30 * 25_usize)

@@ -38,6 +38,20 @@ const OWN: usize = 6;
 /// A corner that falls behind the camera, pixels: no step leads there.
 const BEHIND: f64 = 1e6;
 
+/// Fewer corners than this leave a pose open.
+const FEWEST: usize = 6;
+
+/// The largest standard error of a focal length, as a part of it, and of the principal point, as a part of the picture's
+/// side, with which a camera is given: a tenth is already far beyond what photos of a tilted board leave open (below a
+/// hundredth), and a frontal board leaves several times the value.
+const LARGEST_ERROR: f64 = 0.1;
+
+/// Whether the corners of a photo determine where the board is.
+#[must_use]
+pub fn determines_pose(corners: &[Corner]) -> bool {
+    corners.len() >= FEWEST && homography(corners).is_some()
+}
+
 struct State {
     camera: Camera,
     poses: Vec<Pose>,
@@ -47,7 +61,8 @@ struct State {
 /// directions, or more, of six corners each.
 ///
 /// # Errors
-/// Says in one line which photo (counted from 0) is no use, or that the photos do not determine a camera.
+/// Says in one line which photo (counted from 0) is no use, or that the photos do not determine a camera: in particular
+/// where a standard error is a tenth of its number or more.
 pub fn calibrate(width: u32, height: u32, photos: &[Vec<Corner>]) -> Result<Calibration, String> {
     if photos.len() < 3 {
         return Err(format!(
@@ -57,7 +72,7 @@ pub fn calibrate(width: u32, height: u32, photos: &[Vec<Corner>]) -> Result<Cali
     }
     let mut homographies = Vec::new();
     for (index, corners) in photos.iter().enumerate() {
-        let found = if corners.len() < 6 { None } else { homography(corners) };
+        let found = if corners.len() < FEWEST { None } else { homography(corners) };
         homographies.push(found.ok_or_else(|| {
             format!("photo {index}: its {} corners do not determine the board's pose: leave it out", corners.len())
         })?);
@@ -189,6 +204,17 @@ impl State {
         let photos = self.poses.iter().zip(photos).map(fit).collect();
         if !(self.camera.fx > 0.0 && self.camera.fy > 0.0) {
             return Err("the focal length came out negative: tilt the board, and fill the picture with it".into());
+        }
+        let Camera { fx, fy, cx, cy, width, height, .. } = self.camera;
+        let sizes = [fx, fy, f64::from(width), f64::from(height)];
+        for (k, (name, value)) in [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)].into_iter().enumerate() {
+            if !(errors[k] <= LARGEST_ERROR * sizes[k]) {
+                let error = errors[k];
+                return Err(format!(
+                    "the photos do not determine the camera: {name} came out as {value:.1} +- {error:.1} px; tilt the \
+                     board by 20 to 50 degrees, another way in each photo"
+                ));
+            }
         }
         Ok(Calibration { camera: self.camera, errors, photos, error: (cost / count as f64).sqrt() })
     }

@@ -1,14 +1,19 @@
 //! The ChArUco board and its corners in a photo.
 
 use crate::refine::Gray;
-use calib_targets_charuco::{CharucoBoardSpec, CharucoDetector, CharucoParams, GrayImageView, resolve_dictionary};
+use calib_targets_charuco::{
+    CharucoBoardSpec, CharucoDetector, CharucoParams, Dictionary, GrayImageView, resolve_dictionary,
+};
 use chess_corners::UpscaleConfig;
 
-/// A planar board of `columns` x `rows` squares with markers in the white ones, as OpenCV 4.6 and later numbers it.
+/// A planar board of `columns` x `rows` squares with markers in the white ones, as OpenCV 4.6 and later numbers it, or as
+/// those before did.
 #[derive(Debug, Clone)]
 pub struct Board {
     spec: CharucoBoardSpec,
     square: f64,
+    /// Rows of squares that `spec` has above the board: one in the layout of before OpenCV 4.6 where the rows are even.
+    above: u32,
 }
 
 /// A corner between squares, found in a photo.
@@ -22,17 +27,22 @@ pub struct Corner {
     pub pixel: [f64; 2],
 }
 
-const MEND: &str =
-    "write charuco:COLUMNSxROWS:SQUARE:MARKER:DICTIONARY with lengths in metres, such as charuco:5x7:0.04:0.02:6X6_250";
+const MEND: &str = "write charuco:COLUMNSxROWS:SQUARE:MARKER:DICTIONARY with lengths in metres, such as \
+                    charuco:5x7:0.04:0.02:6X6_250, and :legacy behind it for a board of before OpenCV 4.6";
 
 impl Board {
-    /// Reads `charuco:COLUMNSxROWS:SQUARE:MARKER:DICTIONARY`, lengths in metres.
+    /// Reads `charuco:COLUMNSxROWS:SQUARE:MARKER:DICTIONARY`, lengths in metres; `:legacy` behind it is OpenCV's pattern of
+    /// before 4.6, whose upper left square is white where the rows are even.
     ///
     /// # Errors
     /// Another form, sizes that are none, an unknown dictionary, or one with too few markers; the text says how to mend it.
     pub fn parse(text: &str) -> Result<Self, String> {
         let words: Vec<&str> = text.split(':').collect();
-        let ["charuco", size, square, marker, dictionary] = words[..] else { return Err(MEND.to_owned()) };
+        let (size, square, marker, dictionary, legacy) = match words[..] {
+            ["charuco", size, square, marker, dictionary] => (size, square, marker, dictionary, false),
+            ["charuco", size, square, marker, dictionary, "legacy"] => (size, square, marker, dictionary, true),
+            _ => return Err(MEND.to_owned()),
+        };
         let number = |word: &str| word.parse::<u32>().ok().filter(|n| (2..=200).contains(n));
         let length = |word: &str| word.parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
         let (columns, rows) = size.split_once('x').ok_or(MEND)?;
@@ -48,8 +58,41 @@ impl Board {
         let found = resolve_dictionary(dictionary)
             .ok_or_else(|| format!("{dictionary} is no dictionary: name one of OpenCV's, such as 4X4_50 or 6X6_250"))?;
         let spec = CharucoBoardSpec::new(rows, columns, square as f32, (marker / square) as f32, found);
-        CharucoDetector::new(CharucoParams::for_board(spec)).map_err(|error| error.to_string())?;
-        Ok(Self { spec, square })
+        let board = Self { spec, square, above: 0 };
+        // Where the rows are odd, both layouts are the same.
+        let board = if legacy && rows % 2 == 0 {
+            board
+                .legacy()
+                .ok_or_else(|| format!("{dictionary} has too few markers to look for a legacy board of {size}"))?
+        } else {
+            board
+        };
+        CharucoDetector::new(CharucoParams::for_board(board.spec)).map_err(|error| error.to_string())?;
+        Ok(board)
+    }
+
+    /// The same board in the layout of before OpenCV 4.6, `None` where it is the same one or the dictionary is too small.
+    ///
+    /// That layout begins with a white square where the rows are even: it is the present one without its first row. So it is
+    /// looked for as a board of one row more, whose first markers are codes that the board does not have.
+    #[must_use]
+    pub fn legacy(&self) -> Option<Self> {
+        if self.above > 0 || self.spec.rows % 2 == 1 {
+            return None;
+        }
+        let (rows, columns) = (self.spec.rows, self.spec.cols);
+        // White squares of the row above, and of the board itself.
+        let (first, own) = ((columns / 2) as usize, (rows * columns / 2) as usize);
+        let codes = self.spec.dictionary.codes();
+        let (kept, spare) = (codes.get(..own)?, codes.get(own..own + first)?);
+        let name = self.spec.dictionary.name();
+        let (bits, correction) = (self.spec.dictionary.marker_size(), self.spec.dictionary.max_correction_bits());
+        // The library keeps codes for the whole run; a run parses one board.
+        let codes: &'static [u64] = Box::leak([spare, kept].concat().into_boxed_slice());
+        let dictionary = Dictionary::from_static_codes(name, bits, correction, codes).ok()?;
+        let mut spec = self.spec;
+        (spec.rows, spec.dictionary) = (rows + 1, dictionary);
+        Some(Self { spec, square: self.square, above: 1 })
     }
 
     /// Corners of the board in a gray image, row by row, in the order of their numbers; empty where it is not seen.
@@ -68,9 +111,11 @@ impl Board {
             let corners: Vec<Corner> = found
                 .iter()
                 .flat_map(|found| &found.corners)
-                .map(|corner| Corner {
-                    id: corner.id,
-                    board: [corner.id % per_row, corner.id / per_row].map(|n| f64::from(n + 1) * self.square),
+                // The corners of a row that is not there are those of the board's edge.
+                .filter_map(|corner| Some((corner.id.checked_sub(self.above * per_row)?, corner)))
+                .map(|(id, corner)| Corner {
+                    id,
+                    board: [id % per_row, id / per_row].map(|n| f64::from(n + 1) * self.square),
                     pixel: [corner.position.x, corner.position.y].map(|x| f64::from(x) + CENTRE),
                 })
                 .collect();

@@ -5,6 +5,7 @@ use gonio_scene::Result;
 use gonio_scene::capture::{
     Camera, CameraOverride, Capture, Frame, Light, LightKind, Lobe, Material, Model, Object, Photo, Response,
 };
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A mesh and where it lies.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,10 +52,10 @@ impl Draft {
         let camera = views.first().map_or_else(Camera::default, |view| view.camera.clone());
         let capture = Capture { name: name.to_owned(), ..Capture::default() };
         let mut draft = Self { capture, response: None, notes: Vec::new() };
-        draft.capture.photos = views
-            .iter()
-            .map(|view| Photo {
+        draft.capture.photos = (views.iter().zip(labels(views)))
+            .map(|(view, label)| Photo {
                 file: view.file.clone(),
+                label,
                 camera_to_world: view.camera_to_world,
                 camera: differing(&view.camera, &camera),
                 ..Photo::default()
@@ -161,6 +162,39 @@ impl Draft {
 /// A text as the writer quotes it.
 fn toml_text(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
+}
+
+/// A path of more parts is not looked at in full to tell two photos apart.
+const DEEPEST: usize = 16;
+
+/// The names of photos whose files have a name in common: as much of the path as tells them apart, joined by `-`, with the
+/// ending where the rest does not do. Of one file that is there twice, nothing does.
+fn labels(views: &[View]) -> Vec<Option<String>> {
+    let short: Vec<String> =
+        views.iter().map(|view| Photo { file: view.file.clone(), ..Photo::default() }.name().to_owned()).collect();
+    let mut counts: BTreeMap<&String, usize> = BTreeMap::new();
+    short.iter().for_each(|name| *counts.entry(name).or_default() += 1);
+    let twice: Vec<bool> = short.iter().map(|name| counts.get(name).is_some_and(|count| *count > 1)).collect();
+    let long = |view: &View, depth: usize, ending: bool| {
+        let mut parts: Vec<&str> =
+            view.file.split(['/', '\\']).filter(|part| ![".", "..", ""].contains(part)).collect();
+        let file = parts.pop().unwrap_or_default();
+        let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+        let folders = parts.get(parts.len().saturating_sub(depth)..).unwrap_or_default();
+        let last = if ending { file.replace('.', "-") } else { stem.to_owned() };
+        folders.iter().copied().chain([last.as_str()]).collect::<Vec<_>>().join("-")
+    };
+    let tries = [false, true].into_iter().flat_map(|ending| (0..DEEPEST).map(move |depth| (depth, ending)));
+    for (depth, ending) in tries {
+        let labels: Vec<Option<String>> =
+            views.iter().zip(&twice).map(|(view, twice)| twice.then(|| long(view, depth, ending))).collect();
+        let names: BTreeSet<&String> =
+            labels.iter().zip(&short).map(|(label, short)| label.as_ref().unwrap_or(short)).collect();
+        if names.len() == views.len() {
+            return labels;
+        }
+    }
+    vec![None; views.len()]
 }
 
 /// What `own` has otherwise than `base`.

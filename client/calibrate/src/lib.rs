@@ -14,7 +14,7 @@ mod refine;
 mod view;
 mod zhang;
 
-pub use adjust::{Calibration, PhotoFit, calibrate};
+pub use adjust::{Calibration, PhotoFit, calibrate, determines_pose};
 pub use board::{Board, Corner};
 pub use draft::{Draft, Part, ring};
 pub use geometry::{Pose, project};

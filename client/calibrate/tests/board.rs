@@ -164,3 +164,88 @@ fn bad_boards_and_photos_say_how_to_mend_them() {
     let line = vec![photos[0][..8].to_vec(), photos[1].clone(), photos[2].clone()];
     assert!(calibrate(1280, 960, &line).unwrap_err().starts_with("photo 0"));
 }
+
+#[test]
+fn a_frontal_board_does_not_determine_a_camera() {
+    let frontal = |turn: f64, away: f64| -> Vec<Corner> {
+        let rotation = Rotation3::new(Vector3::new(0.0, 0.0, turn)).into_inner();
+        let pose = Pose { rotation, translation: Vector3::new(-0.1, -0.1, away) };
+        let corner = |id: u32| {
+            let board = [f64::from(id % 8 + 1) * 0.04, f64::from(id / 8 + 1) * 0.04];
+            let pinhole = Camera { distortion: [0.0; 5], ..truth() };
+            let [x, y] = project(&pinhole, &pose.apply(&Vector3::new(board[0], board[1], 0.0))).unwrap();
+            // A twentieth of a pixel, in turn to either side.
+            Corner { id, board, pixel: [x + 0.05 * f64::from(id % 3) - 0.05, y + 0.05 * f64::from(id % 5) - 0.1] }
+        };
+        (0..48).map(corner).collect()
+    };
+    let photos: Vec<_> =
+        [(0.0, 0.5), (0.3, 0.6), (-0.4, 0.55), (1.5, 0.7)].map(|(turn, away)| frontal(turn, away)).into();
+    let error = calibrate(1280, 960, &photos).unwrap_err();
+    assert!(error.contains("do not determine"), "{error}");
+}
+
+/// The first markers of OpenCV's DICT_6X6_250, row by row from the highest bit, white is 1.
+const MARKERS: [u64; 15] = [
+    0x1_e3dd_82a6,
+    0x0_efba_3891,
+    0x1_5907_eacd,
+    0xc_91b3_069e,
+    0xd_607d_6e15,
+    0xd_8e8e_0e68,
+    0x4_268b_41f5,
+    0x8_8a50_f29a,
+    0x3_07d5_24fd,
+    0x3_c2f3_4b3c,
+    0x4_5dfc_74e3,
+    0x4_8d85_b257,
+    0x7_1055_8fc6,
+    0x8_6dcf_ad07,
+    0x8_d72a_93f6,
+];
+
+/// A board of 5 x 6 squares of 60 pixels seen from the front, as OpenCV laid it out before 4.6: the first square is white
+/// and has marker 0.
+fn legacy_board() -> (u32, u32, Vec<u8>) {
+    let (width, height, square) = (420_usize, 480_usize, 60_usize);
+    let pixel = |index: usize| {
+        let (x, y) = (index % width, index / width);
+        let (Some(x), Some(y)) = (x.checked_sub(60), y.checked_sub(60)) else { return 230 };
+        let (i, j) = (x / square, y / square);
+        if i >= 5 || j >= 6 {
+            return 230;
+        }
+        if (i + j) % 2 == 1 {
+            return 20;
+        }
+        // A marker of half the square: eight cells, the outer ones black.
+        let cell =
+            |position: usize| (position % square).checked_sub(14).map(|inside| inside / 4).filter(|cell| *cell < 8);
+        let (Some(column), Some(row)) = (cell(x), cell(y)) else { return 230 };
+        if !(1..7).contains(&column) || !(1..7).contains(&row) {
+            return 20;
+        }
+        let marker = MARKERS[(5 * j + i) / 2];
+        if marker >> (35 - 6 * (row - 1) - (column - 1)) & 1 == 1 { 230 } else { 20 }
+    };
+    (width as u32, height as u32, (0..width * height).map(pixel).collect())
+}
+
+#[test]
+fn a_board_of_before_opencv_4_6_is_found_as_such() {
+    let (width, height, gray) = legacy_board();
+    let modern = Board::parse("charuco:5x6:0.04:0.0213:6X6_250").unwrap();
+    let found = Board::parse("charuco:5x6:0.04:0.0213:6X6_250:legacy").unwrap().find(width, height, &gray);
+    assert_eq!(found.iter().map(|corner| corner.id).collect::<Vec<_>>(), (0..20).collect::<Vec<_>>());
+    for corner in &found {
+        for (pixel, place) in corner.pixel.iter().zip(corner.board) {
+            assert!((pixel - 60.0 - place / 0.04 * 60.0).abs() < 0.5, "{corner:?}");
+        }
+    }
+    assert!(modern.find(width, height, &gray).len() < 6);
+    assert_eq!(modern.legacy().unwrap().find(width, height, &gray), found);
+    // Where the rows are odd, both layouts are the same.
+    assert!(Board::parse(BOARD).unwrap().legacy().is_none());
+    assert!(Board::parse(&format!("{BOARD}:legacy")).is_ok());
+    assert!(Board::parse(&format!("{BOARD}:modern")).unwrap_err().contains(":legacy"));
+}

@@ -41,6 +41,13 @@ fn colmap_maps_the_world_to_the_camera() {
         (cameras, "7 1 0 0 0 0 0 1 9 a.jpg\n\n", "images.txt: line 1: names camera 9"),
         (cameras, "7 1 1 0 0 0 0 1 3 a.jpg\n\n", "images.txt: line 1: has a quaternion"),
         (cameras, "# none\n", "images.txt: lists no image"),
+        // Without the points' lines, every second image would be taken for the points of the one before.
+        (
+            cameras,
+            "7 1 0 0 0 0 0 1 3 a.jpg\n8 1 0 0 0 0 0 1 3 b.jpg\n",
+            "images.txt: line 2: is no list of an image's points",
+        ),
+        (cameras, "7 1 0 0 0 0 0 1 3 a.jpg\n1 2\n", "images.txt: line 2: is no list"),
     ] {
         let error = colmap(cameras, images).unwrap_err().to_string();
         assert!(error.starts_with(says), "{error}");
@@ -134,6 +141,100 @@ fn transforms_look_along_minus_z_with_y_up() {
     ] {
         let error = transforms("t.json", text, &locate).unwrap_err().to_string();
         assert!(error.starts_with(says), "{error}");
+    }
+}
+
+fn frames(text: &str) -> String {
+    let pose = "\"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]";
+    format!("{{{}}}", text.replace("POSE", pose))
+}
+
+#[test]
+fn a_frames_keys_are_read_as_groups() {
+    let text = frames(
+        r#""fl_x": 60, "fl_y": 61, "k1": 0.1, "k2": 0.2, "frames": [
+        {"file_path": "a", "camera_angle_x": 0.9, POSE},
+        {"file_path": "b", "fl_x": 50, "k1": -0.1, POSE},
+        {"file_path": "c", POSE}]"#,
+    );
+    let locate = |name: &str| Ok((format!("{name}.png"), (64, 48)));
+    let views = transforms("t.json", &text, &locate).unwrap().views;
+    let found: Vec<_> = views.iter().map(|view| (view.camera.fx, view.camera.fy, view.camera.distortion)).collect();
+    // An angle of a frame goes before a focal length of the file: 32 / tan(0.45).
+    let angle = 32.0 / 0.45_f64.tan();
+    assert!((found[0].0 - angle).abs() < 1e-9 && (found[0].1 - angle).abs() < 1e-9, "{found:?}");
+    assert_eq!(found[1], (50.0, 50.0, [-0.1, 0.0, 0.0, 0.0, 0.0]));
+    assert_eq!(found[2], (60.0, 61.0, [0.1, 0.2, 0.0, 0.0, 0.0]));
+    for (keys, says) in [
+        (r#""is_fisheye": true"#, "t.json: frames[0].camera_model: is a camera that has no equal"),
+        (r#""camera_model": "OPENCV_FISHEYE", "k1": 0.1"#, "t.json: frames[0].camera_model: "),
+        (r#""k6": 0.01"#, "t.json: frames[0].camera_model: "),
+        (r#""camera_angle_x": NaN"#, "t.json: frames[0].camera_angle_x: is no number"),
+    ] {
+        let text = frames(&format!(r#""fl_x": 60, "frames": [{{"file_path": "a", {keys}, POSE}}]"#));
+        let error = transforms("t.json", &text, &locate).unwrap_err().to_string();
+        assert!(error.starts_with(says), "{error}");
+    }
+}
+
+#[test]
+fn a_size_that_is_not_the_images_is_a_scale_or_refused() {
+    let text =
+        frames(r#""fl_x": 60, "fl_y": 60, "w": 48, "h": 64, "sharp": NaN, "frames": [{"file_path": "a", POSE}]"#);
+    let of = |size: (u32, u32)| transforms("t.json", &text, &move |name: &str| Ok((name.to_owned(), size)));
+    assert_eq!(of((24, 32)).unwrap().views[0].camera.fx, 30.0);
+    // A side of an odd number of pixels is rounded.
+    assert!(of((23, 31)).is_ok());
+    for size in [(64, 48), (48, 60), (40, 64)] {
+        let error = of(size).unwrap_err().to_string();
+        assert!(
+            error.starts_with("t.json: w: is 48 x 64, its image ") && error.contains("cropped or turned"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn photos_of_equal_names_are_told_apart_by_their_folders() {
+    let view = |file: &str| View {
+        file: file.to_owned(),
+        camera: gonio_scene::capture::Camera { width: 4, height: 3, fx: 4.0, fy: 4.0, ..Default::default() },
+        camera_to_world: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]],
+    };
+    let names = |files: &[&str]| {
+        let views: Vec<View> = files.iter().map(|file| view(file)).collect();
+        let text = Draft::new("x", &views, &[], Vec::new()).to_toml().unwrap();
+        let capture = Capture::parse(&text).unwrap();
+        capture.photos.iter().map(|photo| photo.name().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(names(&["../a/1.png", "../b/1.png", "../b/2.png"]), ["a-1", "b-1", "2"]);
+    assert_eq!(names(&["x/a/1.png", "y/a/1.png"]), ["x-a-1", "y-a-1"]);
+    assert_eq!(names(&["a/1.png", "a/1.jpg"]), ["1-png", "1-jpg"]);
+    // A name that is taken already: the other photos must not get it.
+    assert_eq!(names(&["a/1.png", "b/1.png", "a-1.png"]).len(), 3);
+}
+
+#[test]
+fn bop_without_a_world_takes_one_object_by_its_number() {
+    let cameras = r#"{"0": {"cam_K": [500,0,320,0,500,240,0,0,1]}, "1": {"cam_K": [500,0,320,0,500,240,0,0,1]}}"#;
+    let pose =
+        |id: u32, x: f64| format!(r#"{{"obj_id": {id}, "cam_R_m2c": [1,0,0,0,1,0,0,0,1], "cam_t_m2c": [{x},0,500]}}"#);
+    // Object 2 lies 100 mm to the right of object 1; the second camera 30 mm to the left of the first.
+    let truth = |second: &str| format!(r#"{{"0": [{}, {}], "1": [{second}]}}"#, pose(1, 0.0), pose(2, 100.0));
+    let locate = |number: u32| Ok((format!("{number}.png"), (640, 480)));
+    let read = |second: &str| bop(cameras, Some(&truth(second)), &locate);
+    for second in [format!("{}, {}", pose(1, 30.0), pose(2, 130.0)), format!("{}, {}", pose(2, 130.0), pose(1, 30.0))] {
+        let imported = read(&second).unwrap();
+        let x: Vec<f64> = imported.views.iter().map(|view| view.camera_to_world[0][3]).collect();
+        assert!((x[1] - x[0] + 0.03).abs() < 1e-12, "{x:?}");
+        assert!((imported.objects[1].1[0][3] - imported.objects[0].1[0][3] - 0.1).abs() < 1e-12);
+    }
+    // Only object 2 is in both.
+    let shared = read(&pose(2, 130.0)).unwrap();
+    assert!((shared.views[1].camera_to_world[0][3] - shared.views[0].camera_to_world[0][3] + 0.03).abs() < 1e-12);
+    for second in [pose(3, 0.0), format!("{0}, {0}", pose(1, 0.0))] {
+        let error = read(&second).unwrap_err().to_string();
+        assert!(error.starts_with("scene_gt.json: 1: shows object 1 not once"), "{error}");
     }
 }
 

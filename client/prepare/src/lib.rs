@@ -8,3 +8,4 @@ pub mod composite;
 pub mod hdr;
 pub mod matte;
 pub mod plan;
+pub mod stored;

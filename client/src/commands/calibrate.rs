@@ -4,7 +4,7 @@ use super::draft::{Place, name_of};
 use crate::failure::Failure;
 use crate::output::{tell, tell_error};
 use clap::Args;
-use gonio_calibrate::{Board, Calibration, Draft, Pose, View, calibrate};
+use gonio_calibrate::{Board, Calibration, Draft, Pose, View, calibrate, determines_pose};
 use gonio_scene::SceneError;
 use std::path::PathBuf;
 
@@ -14,7 +14,8 @@ pub struct CalibrateArguments {
     /// Photos of the board, all of one size: at least 3, from different directions
     #[arg(required = true)]
     pub photos: Vec<PathBuf>,
-    /// The board, charuco:COLUMNSxROWS:SQUARE:MARKER:DICTIONARY with lengths in metres, such as charuco:5x7:0.04:0.02:6X6_250
+    /// The board, charuco:COLUMNSxROWS:SQUARE:MARKER:DICTIONARY with lengths in metres, such as charuco:5x7:0.04:0.02:6X6_250,
+    /// and :legacy behind it for a board of before OpenCV 4.6
     #[arg(long, value_name = "BOARD", value_parser = Board::parse)]
     pub board: Board,
     /// The capture.toml to write: the camera, and each photo's pose above the board; must not exist yet
@@ -35,6 +36,8 @@ pub fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let place = Place::new(&arguments.out)?;
     let mut size = None;
     let (mut files, mut photos) = (Vec::new(), Vec::new());
+    let legacy = arguments.board.legacy();
+    let mut as_legacy = 0;
     for file in &arguments.photos {
         let at = file.display().to_string();
         let (relative, _) = place.photo(file)?;
@@ -48,13 +51,25 @@ pub fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
             return Err(SceneError::new(at, problem, "calibrate photos of one camera, unscaled and unturned").into());
         }
         let corners = arguments.board.find(own.0, own.1, &gray);
+        // A board that one photo does not show is no reason to lose the others.
         if corners.is_empty() {
-            // A board that one photo does not show is no reason to lose the others.
             tell_error(&format!("warning: {at}: does not show the board; it is left out"));
+            as_legacy +=
+                usize::from(legacy.as_ref().is_some_and(|board| determines_pose(&board.find(own.0, own.1, &gray))));
+            continue;
+        }
+        if !determines_pose(&corners) {
+            let seen = corners.len();
+            tell_error(&format!("warning: {at}: {seen} corners do not determine the board's pose; it is left out"));
             continue;
         }
         files.push((relative, at));
         photos.push(corners);
+    }
+    if as_legacy > photos.len() {
+        let mend = "write :legacy behind --board";
+        let problem = format!("--board: {as_legacy} photos show the board as OpenCV before 4.6 laid it out; {mend}");
+        return Err(Failure::Input(problem));
     }
     let (width, height) = size.unwrap_or_default();
     let result = calibrate(width, height, &photos).map_err(|error| {
@@ -63,7 +78,23 @@ pub fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         let text = named.map_or_else(|| error.clone(), |(i, (_, at))| error.replacen(&format!("photo {i}"), at, 1));
         Failure::Input(format!("--board: {text}"))
     })?;
+    refuse_odd_photos(&files, &result)?;
     write(arguments, &place, &files, &photos.iter().map(Vec::len).collect::<Vec<_>>(), &result)
+}
+
+/// A photo that is so many times further off than the median one contradicts the others: it was taken by another camera, with
+/// another zoom, or shows the board bent. Below a pixel it may be blurred, and does no harm.
+const ODD: f64 = 5.0;
+
+fn refuse_odd_photos(files: &[(String, String)], result: &Calibration) -> Result<(), Failure> {
+    let mut errors: Vec<f64> = result.photos.iter().map(|photo| photo.error).collect();
+    errors.sort_by(f64::total_cmp);
+    let median = errors.get(errors.len() / 2).copied().unwrap_or_default();
+    let odd = files.iter().zip(&result.photos).find(|(_, photo)| photo.error > (ODD * median).max(1.0));
+    let Some(((_, at), photo)) = odd else { return Ok(()) };
+    let problem = format!("is off by {:.2} px, the median photo by {median:.2} px", photo.error);
+    let mend = "leave it out, or calibrate photos of one camera and zoom, and of a flat board";
+    Err(SceneError::new(at, problem, mend).into())
 }
 
 fn write(

@@ -51,6 +51,11 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     let text = super::prepare::text(&arguments.results)?;
     let estimates = parse_results(&name, &text)?;
     let evaluation = evaluate::evaluate(&dataset, &models, &targets, &estimates)?;
+    if !estimates.is_empty() && evaluation.estimates_without_target == estimates.len() {
+        let problem = format!("has {} estimates, and no target of the dataset asks for any of them", estimates.len());
+        let mend = "name the estimates of this dataset and split: scene_id, im_id and obj_id must be its own";
+        return Err(SceneError::new(name, problem, mend).into());
+    }
     if let Some(folder) = &arguments.out {
         write_all(folder, &evaluation)?;
         if arguments.overlay {

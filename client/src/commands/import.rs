@@ -73,6 +73,35 @@ fn find(folders: &[PathBuf], name: &str) -> Option<PathBuf> {
     folders.iter().map(|folder| folder.join(name)).find(|file| file.is_file())
 }
 
+/// The endings of images that a source may leave away or write otherwise.
+const ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "exr", "tif", "tiff", "hdr"];
+
+/// An image by the name that a source has for it: with slashes of either kind, with its ending, without one, or with one in
+/// other letters.
+fn find_image(folders: &[PathBuf], name: &str) -> Option<PathBuf> {
+    let slashed = name.replace('\\', "/");
+    if let Some(found) = find(folders, name).or_else(|| find(folders, &slashed)) {
+        return Some(found);
+    }
+    let (folder, last) = slashed.rsplit_once('/').unwrap_or((".", &slashed));
+    let (stem, ending) = last.rsplit_once('.').unwrap_or((last, ""));
+    let known = |ending: &str| ENDINGS.iter().position(|known| known.eq_ignore_ascii_case(ending));
+    let stem = if known(ending).is_some() { stem } else { last };
+    let mut found = Vec::new();
+    for entry in folders.iter().filter_map(|above| std::fs::read_dir(above.join(folder)).ok()).flatten().flatten() {
+        let file = entry.file_name().to_string_lossy().into_owned();
+        let Some((own, own_ending)) = file.rsplit_once('.') else { continue };
+        let Some(rank) = known(own_ending) else { continue };
+        let same = known(ending).is_none() || ending.eq_ignore_ascii_case(own_ending);
+        if own == stem && same && entry.path().is_file() {
+            found.push((rank, file.clone(), entry.path()));
+        }
+    }
+    // The order of a folder is no order.
+    found.sort();
+    found.into_iter().next().map(|(.., path)| path)
+}
+
 fn missing(name: &str, folders: &[PathBuf]) -> SceneError {
     let looked = folders.iter().map(|folder| folder.display().to_string()).collect::<Vec<_>>().join(", ");
     SceneError::new(name, format!("is not in {looked}"), "name the folder of the photos by --images")
@@ -95,7 +124,7 @@ fn read_colmap(place: &Place, path: &Path, images: Option<&Path>) -> Result<Impo
         None => above.ancestors().take(4).map(|folder| folder.join("images")).collect(),
     };
     for view in &mut imported.views {
-        let file = find(&folders, &view.file).ok_or_else(|| missing(&view.file, &folders))?;
+        let file = find_image(&folders, &view.file).ok_or_else(|| missing(&view.file, &folders))?;
         let (relative, size) = place.photo(&file)?;
         if size != (view.camera.width, view.camera.height) {
             let (width, height) = (view.camera.width, view.camera.height);
@@ -114,10 +143,7 @@ fn read_transforms(place: &Place, path: &Path, images: Option<&Path>) -> Result<
     let beside = if beside.as_os_str().is_empty() { PathBuf::from(".") } else { beside };
     let text = text(&beside, &file, "name a transforms.json")?;
     let folders = [images.map_or(beside, Path::to_owned)];
-    let locate = |name: &str| {
-        let found = ["", ".png", ".jpg", ".exr"].iter().find_map(|end| find(&folders, &format!("{name}{end}")));
-        place.photo(&found.ok_or_else(|| missing(name, &folders))?)
-    };
+    let locate = |name: &str| place.photo(&find_image(&folders, name).ok_or_else(|| missing(name, &folders))?);
     transforms(&file, &text, &locate)
 }
 
@@ -130,8 +156,7 @@ fn read_bop(place: &Place, path: &Path, images: Option<&Path>) -> Result<Importe
     };
     let locate = |number: u32| {
         let stem = format!("{number:06}");
-        let found = [".png", ".jpg", ".tif"].iter().find_map(|end| find(&folders, &format!("{stem}{end}")));
-        place.photo(&found.ok_or_else(|| missing(&stem, &folders))?)
+        place.photo(&find_image(&folders, &stem).ok_or_else(|| missing(&stem, &folders))?)
     };
     bop(&camera, truth.as_deref(), &locate)
 }

@@ -128,7 +128,7 @@ impl Plan {
 /// The text of what photo `index` shows of a capture: without the other photos, the names of files that a render does not
 /// open, and what only a fit reads. Photos that are added, renamed or given another role change no frame.
 fn view_text(capture: &Capture, photo: &Photo) -> Result<String> {
-    let bare = Photo { file: "view".to_owned(), mask: None, role: Role::Fit, ..photo.clone() };
+    let bare = Photo { file: "view".to_owned(), label: None, mask: None, role: Role::Fit, ..photo.clone() };
     let alone = Capture {
         name: String::new(),
         camera: capture.camera.clone(),

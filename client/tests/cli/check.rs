@@ -1,6 +1,7 @@
 //! `gonio check`.
 
-use crate::fixture::{capture_file, edit, gonio, gray, json, succeeds};
+use crate::fixture::{ball, capture_file, edit, gonio, gray, json, succeeds};
+use gonio_scene::mesh::{Mesh, write_ply};
 use serde_json::Value;
 
 #[test]
@@ -70,4 +71,80 @@ fn warns_of_likely_mistakes() {
         let text = succeeds(top.path(), &["check", "capture"]);
         assert!(text.lines().any(|line| line.starts_with("warning: ") && line.contains(warning)), "{warning}: {text}");
     }
+}
+
+/// Writes `change` of the ball's mesh, and gives the warnings of a check.
+fn warnings_of(change: impl FnOnce(&mut Mesh)) -> String {
+    let top = gray();
+    let mut mesh = ball();
+    change(&mut mesh);
+    std::fs::write(top.path().join("capture/ball.ply"), write_ply(&mesh)).unwrap();
+    succeeds(top.path(), &["check", "capture"])
+}
+
+#[test]
+fn warns_of_faces_that_contradict_each_other() {
+    let torn = warnings_of(|mesh| mesh.triangles.iter_mut().step_by(2).for_each(|triangle| triangle.swap(1, 2)));
+    assert!(torn.contains("one face is wound against the other"), "{torn}");
+    let doubled = warnings_of(|mesh| {
+        let backs: Vec<_> = mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+        mesh.triangles.extend(backs);
+    });
+    assert!(doubled.contains("lie on each other, wound both ways"), "{doubled}");
+    assert!(warnings_of(|_| ()).ends_with("valid, with 0 warnings\n"));
+}
+
+#[test]
+fn a_pose_that_mirrors_keeps_the_outside_outside_as_in_the_renderer() {
+    let mirrored = |turned: bool| {
+        let top = gray();
+        let mut mesh = ball();
+        mesh.normals = None;
+        if turned {
+            mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        }
+        std::fs::write(top.path().join("capture/ball.ply"), write_ply(&mesh)).unwrap();
+        edit(&capture_file(&top), BALL, &BALL.replace("[[1, 0", "[[-1, 0"));
+        succeeds(top.path(), &["check", "capture"])
+    };
+    let (right, wrong) = (mirrored(false), mirrored(true));
+    assert!(right.contains("mirrors the mesh") && !right.contains("point inward"), "{right}");
+    assert!(wrong.contains("point inward: flip their winding in the file"), "{wrong}");
+}
+
+/// The pose of the ball in the capture.
+const BALL: &str = "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.05]";
+
+#[test]
+fn warns_of_a_lamp_and_of_cameras_inside_of_a_part() {
+    // A ball in millimetres, read as metres, holds everything.
+    let text = warnings_of(|mesh| mesh.positions.iter_mut().flatten().for_each(|value| *value *= 1000.0));
+    assert!(text.contains("stands inside of object ball, which is "), "{text}");
+    let top = gray();
+    let camera = "frame = \"camera\"\nposition = [0.05, 0.0, 0.0]";
+    edit(&capture_file(&top), camera, "position = [0.0, 0.0, 0.06]");
+    let text = succeeds(top.path(), &["check", "capture"]);
+    assert!(text.contains("light.led.position: lies inside of object ball"), "{text}");
+}
+
+#[test]
+fn warns_of_a_jpeg_whose_response_is_linear_and_before_a_fit_too() {
+    let top = gray();
+    let (width, height) = crate::fixture::SIZE;
+    let values = vec![128_u8; (width * height * 3) as usize];
+    image::save_buffer(
+        top.path().join("capture/photos/01.jpg"),
+        &values,
+        width,
+        height,
+        image::ExtendedColorType::Rgb8,
+    )
+    .unwrap();
+    edit(&capture_file(&top), "photos/01.exr", "photos/01.jpg");
+    let text = succeeds(top.path(), &["check", "capture"]);
+    assert!(text.contains("photos/01.jpg: is a JPEG, whose values have a display's curve"), "{text}");
+    // Refused for its options, after the warnings.
+    let output = gonio(top.path(), &["fit", "capture", "--out", "capture"]);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("warning: photos/01.jpg: is a JPEG"), "{stderr}");
 }

@@ -203,7 +203,7 @@ fn pose(azimuth: f64, elevation: f64, distance: f64) -> [[f64; 4]; 4] {
     [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
 }
 
-fn ball() -> Mesh {
+pub fn ball() -> Mesh {
     let (rings, segments) = (16_u32, 32_u32);
     let mut mesh = Mesh { normals: Some(Vec::new()), ..Mesh::default() };
     for i in 0..=rings {

@@ -204,3 +204,20 @@ fn a_wrong_time_is_named_and_a_panorama_is_turned_and_filled() {
     let column = 2.2 / std::f64::consts::TAU * 96.0 - 24.0;
     assert!(((brightest % 96) as f64 - column).abs() < 2.5, "{brightest} {column}");
 }
+
+#[test]
+fn times_in_reverse_order_are_refused() {
+    let top = tempfile::tempdir().unwrap();
+    let names = stack(top.path(), &sky(32), &[1.0, 0.25, 0.0625, 0.015625]);
+    let photos: Vec<&str> = names.iter().map(String::as_str).collect();
+    let list = "file,seconds\n0.png,0.015625\n1.png,0.0625\n2.png,0.25\n3.png,1.0\n";
+    std::fs::write(top.path().join("reversed.csv"), list).unwrap();
+    let run = |times: &'static str| [&["hdr"], &photos[..], &["--times", times, "--out", "map.exr"]].concat();
+    refused(
+        top.path(),
+        &run("reversed.csv"),
+        &["3.png: seconds: has an exposure of 1 s and is darker than 0.png", "reverse"],
+    );
+    assert!(!top.path().join("map.exr").exists());
+    succeeds(top.path(), &run("times.csv"));
+}

@@ -126,3 +126,31 @@ fn transforms_and_scenes_of_bop_are_imported() {
         &["--models: is for bop alone"],
     );
 }
+
+#[test]
+fn rigs_backslashes_and_endings_in_capitals_are_found() {
+    let top = tempfile::tempdir().unwrap();
+    let at = top.path();
+    for folder in ["images/cam0", "images/cam1"] {
+        std::fs::create_dir_all(at.join(folder)).unwrap();
+        gray_png(&at.join(folder).join("1.png"), 32, 24);
+        std::fs::rename(at.join(folder).join("1.png"), at.join(folder).join("1.PNG")).unwrap();
+    }
+    std::fs::create_dir(at.join("model")).unwrap();
+    std::fs::write(at.join("model/cameras.txt"), "1 PINHOLE 32 24 50 50 16 12\n").unwrap();
+    std::fs::write(at.join("model/images.txt"), "1 1 0 0 0 0 0 1 1 cam0\\1.PNG\n\n2 1 0 0 0 0 0 1 1 cam1\\1.png\n\n")
+        .unwrap();
+    succeeds(at, &["import", "colmap", "model", "--out", "c/capture.toml"]);
+    let photos = capture(&at.join("c")).photos;
+    let found: Vec<_> = photos.iter().map(|photo| (photo.file.as_str(), photo.name())).collect();
+    assert_eq!(found, [("../images/cam0/1.PNG", "cam0-1"), ("../images/cam1/1.PNG", "cam1-1")]);
+
+    let pose = "\"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]";
+    let frame = |path: &str| format!("{{\"file_path\": \"{path}\", {pose}}}");
+    let text =
+        format!("{{\"fl_x\": 50, \"frames\": [{}, {}]}}", frame("images/cam0/1"), frame("images\\\\cam1\\\\1.png"));
+    std::fs::write(at.join("transforms.json"), text).unwrap();
+    succeeds(at, &["import", "transforms", "transforms.json", "--out", "t/capture.toml"]);
+    let names: Vec<_> = capture(&at.join("t")).photos.iter().map(|photo| photo.name().to_owned()).collect();
+    assert_eq!(names, ["cam0-1", "cam1-1"]);
+}

@@ -7,6 +7,7 @@ pub mod gram;
 mod limit;
 pub mod measured;
 pub mod merge;
+mod partner;
 pub mod prediction;
 pub mod recipe;
 pub mod reduction;

@@ -25,8 +25,9 @@
 //! (for X = Y = e: 2 e^2 q + q^2). Means over the halves have covariance X Y + Q_xy / 2, half differences (A - B) / 2 have Q_xy / 2. So
 //! the expectation of u_X u_Y, with u_X = mean_X half_e' + half_X' mean_e, is just that, if the differences ' come from another pixel
 //! of the same noise: from the pixel's own, u would hold fourth moments, which a rare bright path (a firefly) makes
-//! many times too large, where the product across halves is linear in it. The other pixel is the next one in row order. A pixel's channels come from
-//! the same paths, so u is summed over them first: noise += u_X u_Y.
+//! many times too large, where the product across halves is linear in it. The other pixel is the neighbour whose photo value is
+//! nearest ([`super::partner`]): along an edge another pixel of the edge. A pixel's channels come from the same paths, so u is
+//! summed over them first: noise += u_X u_Y.
 //!
 //! A pixel that was drawn with probability p stands for h = 1 / p: every sum above takes it h times, and `noise`, a variance, h^2
 //! times (of drawn pixels the next one lies further away: its noise is like the pixel's own in the mean of a tile). What the draw itself adds to the covariance of J'We is left to the right model's residuals, of variance 1 / w, and
@@ -38,6 +39,7 @@ use super::gram::Gram;
 use super::limit::limit;
 use super::measured::Measured;
 use super::merge::MergedFilm;
+use super::partner::partners;
 use super::prediction::{Prediction, predict};
 use super::recipe::Recipe;
 use gonio_scene::PhotoStatistics;
@@ -79,8 +81,9 @@ pub fn compare(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe, peak:
     let predictions = predict(film, observed, recipe);
     // u of each pixel, summed over its channels.
     let mut moves = vec![0.0; predictions.len() * side];
+    let partners = partners(observed.tile, &predictions);
     for channel in 0..3 {
-        compare_channel(film, observed, recipe, peak, channel, &predictions, &mut moves, &mut sums);
+        compare_channel(film, observed, recipe, peak, channel, &predictions, &partners, &mut moves, &mut sums);
     }
     let mut noise = Gram::new(side);
     for (row, p) in moves.chunks_exact(side).zip(&predictions) {
@@ -98,6 +101,7 @@ fn compare_channel(
     peak: f64,
     channel: usize,
     predictions: &[Prediction],
+    partners: &[usize],
     moves: &mut [f64],
     sums: &mut PhotoStatistics,
 ) {
@@ -125,7 +129,7 @@ fn compare_channel(
         let variance = observed.sensor.variance(p.surroundings[channel]).max(smallest);
         let w = 1.0 / variance;
         let residual = p.value[channel] - measured;
-        let other = partner(row, predictions.len());
+        let other = partners[row];
         let half_of_other = 0.5 * predictions[other].difference[channel];
         let moved = &mut moves[row * side..(row + 1) * side];
         let h = p.weight;
@@ -157,12 +161,6 @@ fn compare_channel(
     if let Some(draw) = draw {
         spread(draw, side, place, &mut sums.draw);
     }
-}
-
-/// The pixel whose noise stands for that of pixel `row` of `count`: the next one, of the last the one before. One alone stands for
-/// itself.
-fn partner(row: usize, count: usize) -> usize {
-    if row + 1 < count { row + 1 } else { row.saturating_sub(1) }
 }
 
 /// Adds a triangle of sums to a symmetric matrix of `side` rows, row `i` of the triangle at `place(i)`.

@@ -163,8 +163,8 @@ impl Values {
         };
         let (width, height) = image::dimensions(files, &photo.file)?;
         size("photo", &photo.file, width, height)?;
-        let image = image::read(files, &photo.file)?;
-        let mask = match &photo.mask {
+        let (image, alpha) = image::read_with_alpha(files, &photo.file)?;
+        let mut mask = match &photo.mask {
             Some(path) => {
                 let mask = image::read_mask(files, path)?;
                 size("mask", path, mask.width, mask.height)?;
@@ -172,6 +172,8 @@ impl Values {
             }
             None => vec![true; image.pixels.len()],
         };
+        // What a photo's alpha cuts away is no measurement.
+        mask.iter_mut().zip(alpha.into_iter().flatten()).for_each(|(counts, opaque)| *counts &= opaque);
         let is_clipped = |p: &[f32; 3]| p.iter().any(|c| capture.sensor.is_clipped(f64::from(*c)));
         let clipped = image.pixels.iter().zip(&mask).filter(|(p, m)| **m && is_clipped(p)).count();
         let counts: Vec<bool> = image.pixels.iter().zip(&mask).map(|(p, m)| *m && !is_clipped(p)).collect();

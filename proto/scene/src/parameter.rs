@@ -5,7 +5,7 @@
 
 use crate::capture::effects::VARIATION;
 use crate::capture::visit::CROSSTALK;
-use crate::capture::{CAPTURE_FILE, Capture, Range, Sensor};
+use crate::capture::{CAPTURE_FILE, Capture, Range, SLIP, Sensor, edit_distance};
 use crate::{Result, SceneError};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -157,7 +157,13 @@ impl Capture {
         let numbers = self.numbers();
         let prefix = name.rsplit_once('.').map_or(name, |(p, _)| p);
         let near: Vec<&str> = numbers.keys().filter(|n| n.starts_with(prefix)).map(String::as_str).take(8).collect();
-        let mend = if near.is_empty() {
+        // A colour's or a point's name stands for its numbers, so that it may be meant, too.
+        let groups = numbers.keys().filter_map(|number| number.rsplit_once('.').map(|(group, _)| group));
+        let all: BTreeSet<&str> = numbers.keys().map(String::as_str).chain(groups).collect();
+        let nearest = all.into_iter().map(|other| (edit_distance(name, other), other)).min();
+        let mend = if let Some((_, nearest)) = nearest.filter(|(distance, _)| *distance <= SLIP) {
+            format!("did you mean `{nearest}`?")
+        } else if near.is_empty() {
             "`gonio check` lists every number's name".to_owned()
         } else {
             format!("the names there are: {}", near.join(", "))

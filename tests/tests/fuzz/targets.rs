@@ -49,14 +49,15 @@ pub fn capture() -> Target {
 
 pub fn mesh() -> Target {
     let ply = std::fs::read(captures().join("none-201/board.ply")).unwrap();
-    let obj = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.5\nvn 0 0 1\nf 1//1 2//1 3//1\nf 2//1 4//1 3//1\n".to_vec();
+    let text = b"ply\nformat ascii 1.0\nelement vertex 6\nproperty double x\nproperty double y\nproperty double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2. 0\n6 4 5 0 1 2 3\n".to_vec();
+    let obj = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.5\nvn 0 0 1\nf 1//1 2//1 3//1\nf 2//1 4//1 \\\n 3//1\nf 1//1 2//1 4//1 3//1\n".to_vec();
     let stl = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n".to_vec();
     let gltf = br#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],"bufferViews":[{"buffer":0,"byteLength":36}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}]}"#.to_vec();
     let read = |which: usize, bytes: &[u8]| {
-        let name = ["m.ply", "m.obj", "m.stl", "m.gltf"][which];
+        let name = ["m.ply", "m.obj", "m.stl", "m.gltf", "m.ply"][which];
         mesh::read(&alone(name, bytes), name).is_ok()
     };
-    Target { name: "meshes", good: vec![ply, obj, stl, gltf], read, memory: 64 * MIB }
+    Target { name: "meshes", good: vec![ply, obj, stl, gltf, text], read, memory: 64 * MIB }
 }
 
 pub fn image() -> Target {
@@ -67,14 +68,43 @@ pub fn image() -> Target {
     let exr = image::encode_exr("a.exr", &image::Image { width: 16, height: 12, pixels }).unwrap();
     let png = image::encode_png8("a.png", 4, 3, &[[1, 200, 3]; 12]).unwrap();
     let hdr =
-        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 3\n\x80\x40\x20\x81\x10\x20\x30\x80\x01\x02\x03\x7f".to_vec();
+        b"#?RADIANCE\nEXPOSURE=2\nPRIMARIES=.7 .3 .2 .8 .1 .05 .3 .3\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 3\n\x80\x40\x20\x81\x10\x20\x30\x80\x01\x02\x03\x7f".to_vec();
     let read = |which: usize, bytes: &[u8]| match which {
         0 => image::read_mask(&alone("m.png", bytes), "m.png").is_ok(),
         1 => image::read(&alone("a.exr", bytes), "a.exr").is_ok(),
-        2 => image::read(&alone("a.png", bytes), "a.png").is_ok(),
+        2 => {
+            image::claims(&alone("a.png", bytes), "a.png").is_ok()
+                & image::read(&alone("a.png", bytes), "a.png").is_ok()
+        }
+        4 => image::read(&alone("a.tif", bytes), "a.tif").is_ok(),
         _ => image::read(&alone("a.hdr", bytes), "a.hdr").is_ok(),
     };
-    Target { name: "images", good: vec![mask, exr, png, hdr], read, memory: 1280 * MIB }
+    Target { name: "images", good: vec![mask, exr, png, hdr, tiff()], read, memory: 1280 * MIB }
+}
+
+/// Three gray floats.
+fn tiff() -> Vec<u8> {
+    let entries: [(u16, u16, u32); 10] = [
+        (256, 3, 3),
+        (257, 3, 1),
+        (258, 3, 32),
+        (259, 3, 1),
+        (262, 3, 1),
+        (273, 4, 134),
+        (277, 3, 1),
+        (278, 3, 1),
+        (279, 4, 12),
+        (339, 3, 3),
+    ];
+    let mut bytes = b"II*\0\x08\0\0\0".to_vec();
+    bytes.extend((entries.len() as u16).to_le_bytes());
+    for (tag, kind, value) in entries {
+        bytes
+            .extend([&tag.to_le_bytes()[..], &kind.to_le_bytes(), &1_u32.to_le_bytes(), &value.to_le_bytes()].concat());
+    }
+    bytes.extend([0; 4]);
+    bytes.extend([0.25_f32, 0.5, 2.0].iter().flat_map(|value| value.to_le_bytes()));
+    bytes
 }
 
 pub fn sweep() -> Target {

@@ -12,13 +12,13 @@ const TRUTH: &str = "scene_gt.json";
 const METRES: f64 = 1e-3;
 
 /// Reads the texts of a scene. BOP has millimetres, OpenCV's axes, and the centre of the upper left pixel at (0, 0): half a
-/// pixel is added. Where the scene states no `cam_R_w2c`, the world is the first object's frame, which every image
-/// must then show. Objects are placed by the first image's poses.
+/// pixel is added. Where the scene states no `cam_R_w2c`, the world is the frame of one object, which every image must show
+/// once: the one of them that the first image lists first. Objects are placed by the first image's poses.
 /// `locate` finds image `number`, and gives its path and size in pixels.
 ///
 /// # Errors
-/// No JSON, a key that is missing or of another kind, a rotation that is none, no pose at all, or an image that `locate`
-/// does not find.
+/// No JSON, a key that is missing or of another kind, a rotation that is none, no pose at all, no world and no object that
+/// every image shows once, or an image that `locate` does not find.
 pub fn bop(camera: &str, truth: Option<&str>, locate: &dyn Fn(u32) -> Located) -> Result<Imported> {
     let cameras = parse(CAMERA, camera)?;
     let truth = truth.map(|text| parse(TRUTH, text)).transpose()?;
@@ -36,19 +36,18 @@ pub fn bop(camera: &str, truth: Option<&str>, locate: &dyn Fn(u32) -> Located) -
     let in_world = images.iter().all(|(.., entry)| entry.get("cam_R_w2c").is_some());
     let mut imported =
         Imported { world: "the world of the BOP scene, in metres; z need not point up", ..Imported::default() };
-    if !in_world {
-        imported.world = "the frame of the first object, in metres: the scene states no world; z need not point up";
+    let anchor = if in_world { None } else { Some(anchor(truth.as_ref(), &images)?) };
+    if anchor.is_some() {
+        imported.world = "the frame of one object, in metres: the scene states no world; z need not point up";
     }
     for (number, key, entry) in images {
         let objects = objects(truth.as_ref(), key)?;
-        let world_to_camera = if in_world {
-            pose(CAMERA, key, entry, ["cam_R_w2c", "cam_t_w2c"])?
-        } else {
-            let first = objects.first().ok_or_else(|| {
-                let mend = "add cam_R_w2c and cam_t_w2c to scene_camera.json, or the object's pose here";
-                SceneError::new(TRUTH, "is missing, and no world is stated", mend).at(key)
-            })?;
-            first.1
+        let world_to_camera = match anchor {
+            None => pose(CAMERA, key, entry, ["cam_R_w2c", "cam_t_w2c"])?,
+            // `anchor` has found it in every image.
+            Some(id) => {
+                objects.iter().find(|(other, _)| *other == id).map(|(_, pose)| *pose).ok_or_else(|| absent(key))?
+            }
         };
         let k: [f64; 9] = numbers(CAMERA, &format!("{key}.cam_K"), entry.get("cam_K").unwrap_or(&Value::Null))?;
         if k[0] <= 0.0 || k[4] <= 0.0 || k[1] != 0.0 {
@@ -70,6 +69,31 @@ pub fn bop(camera: &str, truth: Option<&str>, locate: &dyn Fn(u32) -> Located) -
         imported.views.push(View { file, camera, camera_to_world: back.matrix() });
     }
     Ok(imported)
+}
+
+fn absent(key: &str) -> SceneError {
+    let mend = "add cam_R_w2c and cam_t_w2c to scene_camera.json, or the object's pose here";
+    SceneError::new(TRUTH, "is missing, and no world is stated", mend).at(key)
+}
+
+/// The object whose frame is the world: the lists have no order, so it is known by its number.
+fn anchor(truth: Option<&Value>, images: &[(u32, &str, &Value)]) -> Result<u32> {
+    let mut listed = Vec::new();
+    for (_, key, _) in images {
+        let ids: Vec<u32> = objects(truth, key)?.into_iter().map(|(id, _)| id).collect();
+        if ids.is_empty() {
+            return Err(absent(key));
+        }
+        listed.push((*key, ids));
+    }
+    let once = |ids: &[u32], id: u32| ids.iter().filter(|other| **other == id).count() == 1;
+    let first = listed.first().map(|(_, ids)| ids.as_slice()).unwrap_or_default();
+    first.iter().copied().find(|id| listed.iter().all(|(_, ids)| once(ids, *id))).ok_or_else(|| {
+        let id = first.first().copied().unwrap_or_default();
+        let key = listed.iter().find(|(_, ids)| !once(ids, id)).map_or("", |(key, _)| *key);
+        let problem = format!("shows object {id} not once, no other is in every image once, and no world is stated");
+        SceneError::new(TRUTH, problem, "add cam_R_w2c and cam_t_w2c to scene_camera.json").at(key)
+    })
 }
 
 /// Every object of an image with its pose.

@@ -85,7 +85,7 @@ impl Model {
             })?;
             continuous.push((direction, offset));
         }
-        let mesh = in_metres(mesh::read(files, &format!("{folder}/obj_{id:06}.ply"))?);
+        let mesh = in_metres(mesh::read_shape(files, &format!("{folder}/obj_{id:06}.ply"))?);
         Ok(Self { mesh, diameter: metres(info.diameter), discrete, continuous })
     }
 

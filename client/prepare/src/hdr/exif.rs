@@ -23,9 +23,20 @@ pub fn exposure(file: &str, bytes: &[u8]) -> Result<f64, SceneError> {
         };
         (value.is_finite() && value > 0.0).then_some(value)
     };
+    let apex = |tag: Tag| match &block.get_field(tag, In::PRIMARY)?.value {
+        Value::SRational(values) => Some(values.first()?.to_f64()).filter(|value| value.is_finite()),
+        Value::Rational(values) => Some(values.first()?.to_f64()).filter(|value| value.is_finite()),
+        _ => None,
+    };
+    // APEX values (Exif 2.32, annex C): the time is 2^-Tv seconds, the aperture 2^(Av / 2).
     let time = number(Tag::ExposureTime)
+        .or_else(|| apex(Tag::ShutterSpeedValue).map(|tv| libm::exp2(-tv)))
+        .filter(|time| time.is_finite() && *time > 0.0)
         .ok_or_else(|| SceneError::new(file, "states no exposure time in its EXIF block", mend).at("ExposureTime"))?;
-    let aperture = number(Tag::FNumber).unwrap_or(1.0);
+    let aperture = number(Tag::FNumber)
+        .or_else(|| apex(Tag::ApertureValue).map(|av| libm::exp2(av / 2.0)))
+        .filter(|aperture| aperture.is_finite() && *aperture > 0.0)
+        .unwrap_or(1.0);
     let speed = number(Tag::PhotographicSensitivity).unwrap_or(100.0);
     Ok(time * speed / 100.0 / (aperture * aperture))
 }
@@ -50,6 +61,17 @@ mod tests {
         bytes.extend([1_u32, 50, 2, 1].iter().flat_map(|n| n.to_le_bytes()));
         let found = exposure("a.tif", &bytes);
         assert!(found.is_ok_and(|found| (found - 0.02).abs() < 1e-9));
+        // The same by APEX: Tv = 5.64386 for 1/50 s, Av = 2 for f/2.
+        let mut apex = b"II*\0\x08\0\0\0".to_vec();
+        apex.extend([&1_u16.to_le_bytes()[..], &entry(0x8769, 4, 1, 26), &0_u32.to_le_bytes()].concat());
+        apex.extend(3_u16.to_le_bytes());
+        apex.extend(entry(0x8827, 3, 1, 400));
+        apex.extend(entry(0x9201, 10, 1, 68));
+        apex.extend(entry(0x9202, 5, 1, 76));
+        apex.extend(0_u32.to_le_bytes());
+        apex.extend([564_386_u32, 100_000, 2, 1].iter().flat_map(|n| n.to_le_bytes()));
+        let found = exposure("a.tif", &apex).unwrap();
+        assert!((found - 0.02).abs() < 1e-6, "{found}");
         let missing = exposure("a.png", b"no photograph").map_err(|error| error.to_string());
         assert!(missing.is_err_and(|text| text.contains("a.png") && text.contains("--times")));
     }

@@ -14,6 +14,9 @@ pub struct Shot {
     pub seconds: f64,
 }
 
+/// Mean values that differ by less, half a step of eight bits, have no order.
+const NO_DIFFERENCE: f64 = 0.5 / 255.0;
+
 /// Photographs of one scene that differ in exposure alone, the longest first.
 #[derive(Debug, Clone)]
 pub struct Stack {
@@ -61,7 +64,42 @@ impl Stack {
         }
         shots.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
         let outside = shots.iter().map(|shot| outside(&shot.image, excluded)).collect();
-        Ok(Self { shots, outside })
+        let stack = Self { shots, outside };
+        stack.check_order()?;
+        Ok(stack)
+    }
+
+    /// Refuses times in the wrong order: a longer exposure is brighter. One shot may have a wrong time, which is found
+    /// later; where most pairs contradict, it is the list that is wrong.
+    fn check_order(&self) -> Result<(), SceneError> {
+        let pixels = self.size().0 * self.size().1;
+        let mean = |shot: usize| {
+            let values = || (0..pixels).filter_map(|pixel| self.value(shot, pixel));
+            let sum: f64 = values().map(|value| value.iter().map(|v| f64::from(*v)).sum::<f64>()).sum();
+            sum / values().count().max(1) as f64 / 3.0
+        };
+        let means: Vec<f64> = (0..self.shots.len()).map(mean).collect();
+        let (mut pairs, mut against) = (0, Vec::new());
+        for (long, bright) in means.iter().enumerate() {
+            for (short, dark) in means.iter().enumerate().skip(long + 1) {
+                pairs += 1;
+                if bright + NO_DIFFERENCE < *dark {
+                    against.push((long, short));
+                }
+            }
+        }
+        let worst = against.iter().max_by(|a, b| (means[a.1] - means[a.0]).total_cmp(&(means[b.1] - means[b.0])));
+        let Some(&(long, short)) = worst.filter(|_| 2 * against.len() > pairs) else { return Ok(()) };
+        let [long, short] = [long, short].map(|index| &self.shots[index]);
+        let problem = format!(
+            "has an exposure of {} s and is darker than {}, which has {} s; so are {} of {pairs} pairs",
+            long.seconds,
+            short.name,
+            short.seconds,
+            against.len()
+        );
+        let mend = "correct the times, which seem to be in reverse order: a longer exposure is brighter";
+        Err(SceneError::new(&long.name, problem, mend).at("seconds"))
     }
 
     /// The shots, the longest exposure first.

@@ -1,5 +1,6 @@
 //! `gonio check`: everything that is wrong with a capture, and what it consists of.
 
+mod inside;
 mod light;
 mod object;
 mod photo;
@@ -7,6 +8,7 @@ mod placed;
 mod reflectance;
 mod text;
 mod vector;
+mod winding;
 
 use crate::arguments::CheckArguments;
 use crate::failure::Failure;
@@ -85,6 +87,19 @@ pub fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     }
 }
 
+/// Tells on standard error what [`run`] would warn of, as far as it can be known without a photo's pixels: a fit must not
+/// read those that are held out.
+pub(super) fn warn_before(capture: &Capture, files: &dyn Files) {
+    let (mut errors, mut warnings) = (Vec::new(), Vec::new());
+    photo::look_at_claims(capture, files, &mut warnings);
+    object::look(capture, files, &mut errors, &mut warnings);
+    light::look(capture, files, &mut errors, &mut warnings);
+    // What is an error here stops the fit by itself.
+    for warning in warnings {
+        tell_error(&format!("warning: {warning}"));
+    }
+}
+
 fn summarise(files: &dyn Files, names: bool) -> Summary {
     let mut summary = Summary::default();
     match Capture::read(files) {
@@ -100,6 +115,7 @@ fn look(capture: &Capture, files: &dyn Files, names: bool, summary: &mut Summary
     summary.capture.clone_from(&capture.name);
     let mut errors: Vec<SceneError> = Vec::new();
     summary.photos = photo::look(capture, files, &mut errors, &mut summary.warnings);
+    photo::look_at_claims(capture, files, &mut summary.warnings);
     summary.reflectance = reflectance::look(capture, files, &mut errors, &mut summary.warnings);
     summary.objects = object::look(capture, files, &mut errors, &mut summary.warnings);
     summary.lights = light::look(capture, files, &mut errors, &mut summary.warnings);

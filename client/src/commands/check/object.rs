@@ -1,7 +1,9 @@
 //! Meshes and where they are.
 
+use super::inside;
 use super::placed::{Placed, eye};
 use super::vector::{Vector, length, sub};
+use super::winding::Winding;
 use gonio_scene::files::Files;
 use gonio_scene::mesh::{self, Mesh};
 use gonio_scene::{Capture, SceneError};
@@ -45,8 +47,12 @@ pub(super) fn look(
     let mut seen = vec![false; capture.photos.len()];
     let mut all_read = true;
     for object in &capture.objects {
-        let mesh = meshes.entry(&object.mesh).or_insert_with(|| match mesh::read(files, &object.mesh) {
-            Ok(mesh) => Some(Arc::new(mesh)),
+        let mesh = meshes.entry(&object.mesh).or_insert_with(|| match mesh::read_with_remarks(files, &object.mesh) {
+            Ok((mesh, remarks)) => {
+                warnings.extend(remarks.iter().map(|remark| format!("{}: {remark}", object.mesh)));
+                warn_of_winding(&object.mesh, &mesh, warnings);
+                Some(Arc::new(mesh))
+            }
             Err(error) => {
                 errors.push(error);
                 None
@@ -99,6 +105,21 @@ fn summarise(placed: &Placed<'_>, capture: &Capture, seen: &mut [bool]) -> Objec
     }
 }
 
+fn warn_of_winding(file: &str, mesh: &Mesh, warnings: &mut Vec<String>) {
+    let Winding { torn, doubled } = Winding::of(mesh);
+    if doubled > 0 {
+        warnings.push(format!(
+            "{file}: {doubled} faces lie on each other, wound both ways, so that it is chance which one is hit: export one \
+             side only"
+        ));
+    }
+    if torn > 0 {
+        warnings.push(format!(
+            "{file}: at {torn} edges one face is wound against the other, and a back is black: make the winding consistent"
+        ));
+    }
+}
+
 fn warn(placed: &Placed<'_>, capture: &Capture, summary: &ObjectSummary, warnings: &mut Vec<String>) {
     let (name, mesh) = (&placed.object.name, &placed.object.mesh);
     if summary.degenerate > 0 {
@@ -121,14 +142,17 @@ fn warn(placed: &Placed<'_>, capture: &Capture, summary: &ObjectSummary, warning
             "{mesh}: the vertex normals point against the faces' winding: flip one of the two in the file"
         ));
     }
-    let mirrored = if placed.is_mirrored() { " (its object_to_world mirrors)" } else { "" };
-    let inward = placed.outwardness() < INWARD;
-    if inward {
-        warnings.push(format!("{mesh}: the faces of object {name} point inward: flip their winding{}", mirrored));
+    inside::warn(placed, capture, warnings);
+    if placed.is_mirrored() {
+        warnings.push(format!(
+            "capture.toml: object.{name}.object_to_world: mirrors the mesh: a part's mirror image is another part"
+        ));
+    }
+    if placed.outwardness() < INWARD {
+        warnings.push(format!("{mesh}: the faces of object {name} point inward: flip their winding in the file"));
     } else if capture.photos.iter().all(|photo| placed.facing(eye(photo)) < FACING) {
         warnings.push(format!(
-            "{mesh}: object {name} turns its back to every camera, and a back is black: flip its winding{}",
-            mirrored
+            "{mesh}: object {name} turns its back to every camera, and a back is black: flip its winding in the file"
         ));
     }
 }

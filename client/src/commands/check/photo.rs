@@ -1,9 +1,9 @@
 //! Photographs and masks.
 
 use crate::progress::count;
-use gonio_scene::capture::{Photo, Role};
+use gonio_scene::capture::{Photo, Response, Role};
 use gonio_scene::files::Files;
-use gonio_scene::image::read_mask;
+use gonio_scene::image::{claims, read_mask};
 use gonio_scene::{Capture, Photograph, SceneError};
 use serde::Serialize;
 
@@ -57,6 +57,46 @@ pub(super) fn look(
     }
     warn_of_exposures(&summaries, warnings);
     summaries.into_iter().map(|(_, summary)| summary).collect()
+}
+
+/// A display's curve raises radiance to about this power.
+const DISPLAY: f64 = 0.45455;
+
+/// Holds what the files say of their values against `[sensor]`.
+pub(super) fn look_at_claims(capture: &Capture, files: &dyn Files, warnings: &mut Vec<String>) {
+    let linear = capture.sensor.response == Response::Linear;
+    let mut told = 0;
+    for photo in &capture.photos {
+        let file = &photo.file;
+        let lower = file.to_ascii_lowercase();
+        let mut say = Vec::new();
+        if linear && [".jpg", ".jpeg"].iter().any(|ending| lower.ends_with(ending)) {
+            say.push("is a JPEG, whose values have a display's curve, and sensor.response is \"linear\"".to_owned());
+        }
+        // What cannot be read is said where its pixels are.
+        let claims = claims(files, file).unwrap_or_default();
+        let coded = claims.srgb || claims.gamma.is_some_and(|gamma| (gamma - DISPLAY).abs() < 0.05);
+        if linear && coded {
+            say.push("says that its values have a display's curve, and sensor.response is \"linear\"".to_owned());
+        }
+        if let Some(gamma) = claims.gamma.filter(|gamma| !linear && (gamma - 1.0).abs() < 0.05) {
+            say.push(format!("says that its values are linear (gamma {gamma}), and sensor.response is not"));
+        }
+        if claims.other_primaries {
+            say.push("names primaries other than those of Rec. 709, and its values are taken for Rec. 709".to_owned());
+        }
+        if let Some(luminance) = claims.white_luminance.filter(|luminance| (luminance - 1.0).abs() > 1e-6) {
+            say.push(format!("says that 1 stands for {luminance} cd/m^2, and its values are taken as they stand"));
+        }
+        told += usize::from(!say.is_empty());
+        // Photos of one camera say the same.
+        if told <= 3 {
+            warnings.extend(say.iter().map(|text| format!("{file}: {text}")));
+        }
+    }
+    if told > 3 {
+        warnings.push(format!("{} more photos say of their values what [sensor] does not", told - 3));
+    }
 }
 
 fn summarise(photo: &Photo, photograph: &Photograph) -> PhotoSummary {

@@ -14,6 +14,8 @@ pub(super) struct Placed<'a> {
     pub object: &'a Object,
     pub mesh: &'a Mesh,
     points: Vec<Vector>,
+    mirrored: bool,
+    bounds: (Vector, Vector),
 }
 
 impl<'a> Placed<'a> {
@@ -24,20 +26,46 @@ impl<'a> Placed<'a> {
             let p = p.map(f64::from);
             std::array::from_fn(|i| m[i][0] * p[0] + m[i][1] * p[1] + m[i][2] * p[2] + m[i][3])
         };
-        Self { object, mesh, points: mesh.positions.iter().map(place).collect() }
+        let column = |j: usize| [m[0][j], m[1][j], m[2][j]];
+        let mirrored = dot(cross(column(0), column(1)), column(2)) < 0.0;
+        let points: Vec<Vector> = mesh.positions.iter().map(place).collect();
+        let empty = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        let corners = mesh.triangles.iter().flatten().filter_map(|&index| points.get(index as usize));
+        let bounds = corners.fold(empty, |(low, high), point| {
+            (std::array::from_fn(|i| low[i].min(point[i])), std::array::from_fn(|i| high[i].max(point[i])))
+        });
+        Self { object, mesh, points, mirrored, bounds }
     }
 
     /// Smallest and largest coordinates of its triangles.
     pub fn bounds(&self) -> (Vector, Vector) {
-        let empty = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        self.triangles().flatten().fold(empty, |(low, high), point| {
-            (std::array::from_fn(|i| low[i].min(point[i])), std::array::from_fn(|i| high[i].max(point[i])))
+        self.bounds
+    }
+
+    /// Its triangles, counter-clockwise seen from outside: as in the renderer, a pose that mirrors turns the winding, so that
+    /// what is outside stays outside.
+    fn triangles(&self) -> impl Iterator<Item = [Vector; 3]> + '_ {
+        let corner = |index: u32| self.points.get(index as usize).copied().unwrap_or([0.0; 3]);
+        self.mesh.triangles.iter().map(move |triangle| {
+            let [a, b, c] = triangle.map(corner);
+            if self.mirrored { [a, c, b] } else { [a, b, c] }
         })
     }
 
-    fn triangles(&self) -> impl Iterator<Item = [Vector; 3]> + '_ {
-        let corner = |index: u32| self.points.get(index as usize).copied().unwrap_or([0.0; 3]);
-        self.mesh.triangles.iter().map(move |triangle| triangle.map(corner))
+    /// Whether a surface that looks outward closes around `point`: its winding number there, the solid angle of all its
+    /// triangles (Van Oosterom and Strackee 1983) over 4 pi, is nearer to 1 than to 0.
+    pub fn holds(&self, point: Vector) -> bool {
+        let (low, high) = self.bounds;
+        if (0..3).any(|axis| !(low[axis]..=high[axis]).contains(&point[axis])) {
+            return false;
+        }
+        let solid_angle = |triangle: [Vector; 3]| {
+            let [a, b, c] = triangle.map(|corner| sub(corner, point));
+            let [la, lb, lc] = [a, b, c].map(length);
+            let volume = dot(a, cross(b, c));
+            2.0 * libm::atan2(volume, la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
+        };
+        self.triangles().map(solid_angle).sum::<f64>() > 2.0 * std::f64::consts::PI
     }
 
     /// Whether a vertex, or the middle of a triangle, projects into the photo. Distortion is left aside: it hides nothing
@@ -57,11 +85,9 @@ impl<'a> Placed<'a> {
             || self.triangles().step_by(step).any(|t| centre_ray_hits(&t, eye, rotation))
     }
 
-    /// Whether its pose turns left into right, and with it the winding.
+    /// Whether its pose turns left into right.
     pub fn is_mirrored(&self) -> bool {
-        let m = &self.object.placement();
-        let column = |j: usize| [m[0][j], m[1][j], m[2][j]];
-        dot(cross(column(0), column(1)), column(2)) < 0.0
+        self.mirrored
     }
 
     /// Share of the triangles whose vertex normals point away from the side that their winding says is outside.

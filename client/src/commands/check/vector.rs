@@ -8,6 +8,11 @@ pub(super) fn middle(t: &[Vector; 3]) -> Vector {
     std::array::from_fn(|i| (t[0][i] + t[1][i] + t[2][i]) / 3.0)
 }
 
+/// a and b.
+pub(super) fn add(a: Vector, b: Vector) -> Vector {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
 /// a less b.
 pub(super) fn sub(a: Vector, b: Vector) -> Vector {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]

@@ -2,7 +2,7 @@
 
 mod workshop;
 
-use super::{command, farm};
+use super::{check, command, farm};
 use crate::arguments::DiagnoseArguments;
 use crate::failure::Failure;
 use crate::input::Input;
@@ -29,6 +29,7 @@ pub fn run(arguments: &DiagnoseArguments) -> Result<(), Failure> {
     let note = "stopping; again to kill";
     let interrupt = Interrupt::listen(if arguments.farm.json { "" } else { note })?;
     let input = Input::open(&arguments.capture)?;
+    check::warn_before(&input.capture, &input.files);
     let written = [CAPTURE_FILE, RESULT, REPORT].map(str::to_owned);
     let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;
     let options = Options {

@@ -5,7 +5,7 @@ mod large;
 mod pictures;
 mod residuals;
 
-use super::{command, open};
+use super::{check, command, open};
 use crate::arguments::{FitArguments, Pixels};
 use crate::failure::Failure;
 use crate::input::Input;
@@ -62,6 +62,7 @@ pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
     if arguments.residuals {
         written.extend(input.capture.photos.iter().map(|photo| residuals::name(photo.name())));
     }
+    check::warn_before(&input.capture, &input.files);
     let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;
     let mut console = Console::new(arguments.farm.json);
     let watch = Watch::open(&arguments.watch, ("Fit", &input.capture.name), &interrupt, &console)?;

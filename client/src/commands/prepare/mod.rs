@@ -6,14 +6,16 @@ pub mod matte;
 pub mod plan;
 
 use crate::failure::Failure;
+use gonio_prepare::stored;
 use gonio_scene::SceneError;
 use gonio_scene::files::DirectoryFiles;
-use gonio_scene::image::{Image, read};
+use gonio_scene::image::Image;
 use std::path::{Path, PathBuf};
 
-/// An image file that the command line names.
+/// An image file that the command line names, turned as it is to be shown.
 fn image(path: &Path) -> Result<Image, Failure> {
-    Ok(read(&DirectoryFiles::new("."), &path.display().to_string())?)
+    let (image, orientation) = stored::read(&DirectoryFiles::new("."), &path.display().to_string())?;
+    Ok(stored::upright(image, orientation))
 }
 
 /// A text file that the command line names.

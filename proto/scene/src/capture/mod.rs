@@ -25,6 +25,7 @@ pub use light::{Frame, Light, LightKind, Lobe};
 pub use material::{Material, Model};
 pub use object::Object;
 pub use photo::{Photo, Role};
+pub(crate) use read::{SLIP, edit_distance};
 pub use read::{read_section, unknown_key_mend};
 pub use reflectance::Reflectance;
 pub use sensor::{Response, Sensor, srgb};
@@ -332,7 +333,7 @@ fn unique<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Result<()> {
     for name in names {
         if !seen.insert(name) {
             let mend = match what {
-                "photo" => "rename one file: a photo's name is its file's",
+                "photo" => "give one of them a `name`: a photo's name is its file's otherwise",
                 "reflectance" => "rename one file: its name counts, among the photos' too",
                 _ => "rename one",
             };

@@ -20,6 +20,8 @@ pub enum Role {
 pub struct Photo {
     /// The image file's path, relative to the capture.
     pub file: String,
+    /// The name, where files of several folders have the same one.
+    pub label: Option<String>,
     /// The mask file's path; every pixel counts where there is none.
     pub mask: Option<String>,
     /// Factor from radiance to photo value.
@@ -40,6 +42,7 @@ impl Default for Photo {
     fn default() -> Self {
         Self {
             file: String::new(),
+            label: None,
             mask: None,
             exposure: 1.0,
             gain: 1.0,
@@ -52,10 +55,11 @@ impl Default for Photo {
 }
 
 impl Photo {
-    /// The name in dotted parameter names and of output files: the file's name without folder and extension.
+    /// The name in dotted parameter names and of output files: the label, or else the file's name without folder and
+    /// extension.
     #[must_use]
     pub fn name(&self) -> &str {
-        stem(&self.file)
+        self.label.as_deref().unwrap_or_else(|| stem(&self.file))
     }
 
     /// Factor from radiance to exposed light: exposure times gain.
@@ -68,6 +72,11 @@ impl Photo {
 impl Section for Photo {
     fn describe(&mut self, v: &mut dyn Visitor) -> Result<()> {
         v.text("file", &mut self.file, None)?;
+        v.optional_text("name", &mut self.label)?;
+        if self.label.as_ref().is_some_and(|label| label.is_empty() || label.contains(['/', '\\'])) {
+            let mend = "write letters, digits, - and _: files are named after it";
+            return Err(v.refuse("name", "is empty or has a slash".to_owned(), mend));
+        }
         v.optional_text("mask", &mut self.mask)?;
         v.number("exposure", &mut self.exposure, Range::POSITIVE, Some(1.0))?;
         v.number("gain", &mut self.gain, Range::POSITIVE, Some(1.0))?;

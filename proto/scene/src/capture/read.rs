@@ -36,7 +36,13 @@ impl<'a> Reader<'a> {
         self.table.get(key)
     }
 
+    /// A key that is missing may be there with a slip in its name: then that name is the mistake.
     fn missing(&self, key: &str, what: &str) -> SceneError {
+        let slip = self.table.keys().find(|other| !self.known.contains(*other) && edit_distance(other, key) <= SLIP);
+        if let Some(slip) = slip {
+            let mend = format!("did you mean `{key}`?");
+            return self.refuse(slip, "is not a key that this version knows".to_owned(), &mend);
+        }
         self.refuse(key, "is missing".to_owned(), &format!("write {what}"))
     }
 
@@ -86,17 +92,20 @@ pub fn read_section(file: &str, path: &str, table: &Table, section: &mut dyn Sec
     Reader::new(file, path.to_owned(), table).read(section)
 }
 
+/// Letters to change in a name that is still taken for a slip of another.
+pub(crate) const SLIP: usize = 2;
+
 /// Proposes the known key that is nearest in spelling, else lists them all.
 pub fn unknown_key_mend<'k>(key: &str, known: impl Iterator<Item = &'k str> + Clone) -> String {
     let nearest = known.clone().min_by_key(|k| edit_distance(key, k));
     match nearest {
-        Some(k) if edit_distance(key, k) <= 2 => format!("did you mean `{k}`?"),
+        Some(k) if edit_distance(key, k) <= SLIP => format!("did you mean `{k}`?"),
         _ => format!("remove it; the keys here are: {}", known.collect::<Vec<_>>().join(", ")),
     }
 }
 
 /// Levenshtein distance, for spelling hints.
-fn edit_distance(a: &str, b: &str) -> usize {
+pub(crate) fn edit_distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, ca) in a.chars().enumerate() {

@@ -7,7 +7,8 @@ use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::{IntegerBounds, ReadChannels, ReadLayers, SampleType, read as reader};
 
-use super::{Image, limit};
+use super::colour::{Primaries, convert};
+use super::{Image, limit, mask};
 use crate::decoder::one_line;
 use crate::error::{Result, SceneError};
 
@@ -19,8 +20,8 @@ struct Choice {
     names: [String; 3],
 }
 
-/// Reads the colour in the display window of an OpenEXR file.
-pub(super) fn read(path: &str, bytes: &[u8]) -> Result<Image> {
+/// Reads the colour in the display window of an OpenEXR file, in Rec. 709, and which pixels count by its alpha.
+pub(super) fn read(path: &str, bytes: &[u8]) -> Result<(Image, Option<Vec<bool>>)> {
     let headers = headers(path, bytes)?;
     let Choice { part, names } = choose(path, &headers)?;
     let display = headers.first().map(|header| header.shared_attributes.display_window).unwrap_or_default();
@@ -45,18 +46,44 @@ pub(super) fn read(path: &str, bytes: &[u8]) -> Result<Image> {
     };
     let [r, g, b] = &names;
     let channels = [channel(r)?, channel(g)?, channel(b)?];
+    // The alpha of a layer has its prefix; that of gray has none.
+    let prefix = if r == b { "" } else { r.strip_suffix('R').unwrap_or_default() };
+    let alpha = channel(&format!("{prefix}A")).ok();
 
     let first = display.position - layer.attributes.layer_position;
     let offset = |value: i32| usize::try_from(value).unwrap_or(0);
     let (left, top) = (offset(first.x()), offset(first.y()));
     let (width, height) = (display.size.width(), display.size.height());
     let mut pixels = Vec::with_capacity(width * height);
+    let mut counts = Vec::new();
     for row in top..top + height {
         let start = row * layer.size.width() + left;
         pixels.extend((start..start + width).map(|index| channels.map(|samples| sample(samples, index))));
+        if let Some(alpha) = alpha {
+            counts.extend((start..start + width).map(|index| sample(alpha, index) > mask::THRESHOLD));
+        }
     }
     let (width, height) = size(path, display)?;
-    Ok(Image { width, height, pixels })
+    let mut image = Image { width, height, pixels };
+    let primaries = headers.get(part).and_then(primaries).filter(|primaries| r != b && !primaries.is_rec709());
+    if let Some(primaries) = primaries {
+        let mend = "save the image again, in Rec. 709";
+        let matrix =
+            primaries.to_rec709().ok_or_else(|| SceneError::new(path, "span no colours", mend).at("chromaticities"))?;
+        convert(&mut image, matrix);
+    }
+    Ok((image, alpha.map(|_| counts)))
+}
+
+fn primaries(header: &Header) -> Option<Primaries> {
+    let stated = header.shared_attributes.chromaticities?;
+    let place = |point: exr::math::Vec2<f32>| [f64::from(point.x()), f64::from(point.y())];
+    Some(Primaries([place(stated.red), place(stated.green), place(stated.blue), place(stated.white)]))
+}
+
+/// The luminance in cd/m^2 that the file gives to the value 1, where it does.
+pub(super) fn white_luminance(path: &str, bytes: &[u8]) -> Result<Option<f32>> {
+    Ok(headers(path, bytes)?.iter().find_map(|header| header.own_attributes.white_luminance))
 }
 
 /// The size of the display window in pixels.

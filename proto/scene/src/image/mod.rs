@@ -1,12 +1,17 @@
 //! Images and masks, and the readers and writers of the file formats that they come in.
 
+mod colour;
 mod exr;
+mod hdr;
 mod limit;
 mod mask;
 mod raster;
+mod remarks;
+mod tiff;
 mod write;
 
 pub use mask::{Mask, read_mask};
+pub use remarks::{Claims, claims};
 pub use write::{encode_exr, encode_exr_channels, encode_png8, write_exr, write_exr_channels, write_png8};
 
 use std::path::Path;
@@ -38,21 +43,39 @@ enum Format {
 
 /// Reads the image file `path`: OpenEXR, Radiance HDR, PNG, TIFF or JPEG, as both its extension and its first bytes say.
 ///
-/// Integer values are divided by their largest (255 or 65535) and no transfer curve is removed: how a value was made is
-/// for the capture's `response` to say. Gray becomes three equal channels; alpha, other channels and an orientation tag
-/// are passed over. Of an OpenEXR, the display window is the image.
+/// Integer values are divided by their largest (255, 65535 or 2^32 - 1) and no transfer curve is removed: how a value was
+/// made is for the capture's `response` to say. Gray becomes three equal channels; alpha and other channels are passed over.
+/// Of an OpenEXR, the display window is the image.
+///
+/// Colours are those of Rec. 709: where a Radiance HDR or an OpenEXR names other primaries, or XYZ, its values are
+/// converted. Those of a Radiance HDR are divided by its EXPOSURE and COLORCORR, which makes them radiance again.
 ///
 /// # Errors
-/// The file cannot be read, is not of its extension's format, is truncated or damaged, has no unambiguous colour, is
-/// larger than [`MAX_SIDE`](crate::MAX_SIDE) or 1 GiB decoded, or has a pixel that is not finite.
+/// The file cannot be read, is not of its extension's format, is truncated or damaged, has no unambiguous colour, has
+/// samples of a type that no photo has, says that it is to be shown turned or mirrored, is larger than
+/// [`MAX_SIDE`](crate::MAX_SIDE) or 1 GiB decoded, or has a pixel that is not finite.
 pub fn read(files: &dyn Files, path: &str) -> Result<Image> {
+    read_with_alpha(files, path).map(|(image, _)| image)
+}
+
+/// As [`read`], and which pixels count by the file's alpha channel: those above half of its largest value. `None` where
+/// there is no such channel, or it is the same everywhere.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_alpha(files: &dyn Files, path: &str) -> Result<(Image, Option<Vec<bool>>)> {
     let (format, bytes) = open(files, path)?;
-    let image = shielded(path, || match format {
+    let (image, alpha) = shielded(path, || match format {
         Format::OpenExr => exr::read(path, &bytes),
-        _ => raster::read(path, format, &bytes),
+        Format::Hdr => Ok((hdr::read(path, &bytes)?, None)),
+        _ => {
+            let raster = raster::read(path, format, &bytes)?;
+            Ok((raster.image(), raster.alpha().map(|alpha| alpha.map(|value| value > mask::THRESHOLD).collect())))
+        }
     })?;
     check_finite(path, &image)?;
-    Ok(image)
+    let alpha = alpha.filter(|bits: &Vec<bool>| bits.contains(&true) && bits.contains(&false));
+    Ok((image, alpha))
 }
 
 /// The width and height in pixels of the image file `path`, without decoding its pixels.
@@ -98,13 +121,16 @@ fn open(files: &dyn Files, path: &str) -> Result<(Format, Arc<[u8]>)> {
 }
 
 fn format_of(bytes: &[u8]) -> Option<Format> {
-    const MAGIC: [(&[u8], Format); 7] = [
+    const MAGIC: [(&[u8], Format); 9] = [
         (&[0x76, 0x2f, 0x31, 0x01], Format::OpenExr),
         (b"#?RADIANCE", Format::Hdr),
         (b"#?RGBE", Format::Hdr),
         (b"\x89PNG\r\n\x1a\n", Format::Png),
         (b"II*\0", Format::Tiff),
         (b"MM\0*", Format::Tiff),
+        // BigTIFF.
+        (b"II+\0", Format::Tiff),
+        (b"MM\0+", Format::Tiff),
         (&[0xff, 0xd8, 0xff], Format::Jpeg),
     ];
     MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|&(_, format)| format)

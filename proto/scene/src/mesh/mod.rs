@@ -2,8 +2,10 @@
 
 mod check;
 mod gltf;
+mod number;
 mod obj;
 mod ply;
+mod polygon;
 mod stl;
 
 pub use ply::write_ply;
@@ -33,9 +35,12 @@ pub struct Mesh {
 /// What a format's reader found, not checked yet.
 #[derive(Debug, Default)]
 struct Surface {
-    positions: Vec<[f32; 3]>,
+    /// As precise as the file has them: what 32 bits make of them is judged before they are rounded.
+    positions: Vec<[f64; 3]>,
     normals: Option<Vec<[f32; 3]>>,
     triangles: Vec<[u32; 3]>,
+    /// What the file holds besides, that would change how the part looks, as the end of a sentence about the file.
+    remarks: Vec<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,23 +54,48 @@ enum Format {
 
 /// Reads the mesh file `path`: PLY, OBJ, STL, glTF or GLB, as both its extension and its first bytes say.
 ///
-/// Polygons become triangle fans. glTF keeps its own axes (y up): the capture's `object_to_world` turns them.
+/// Polygons become triangles: fans where they are convex, clipped ears where not. Vertices that no triangle with an area
+/// uses may be unsound; they are left out then. glTF keeps its own axes (y up): the capture's `object_to_world` turns them.
 ///
 /// # Errors
 /// The file cannot be read, is not of its extension's format, is truncated or contradicts itself, uses a feature that is
 /// not supported, or holds a mesh that cannot be rendered: empty, an index out of range, a coordinate or normal that is
-/// not finite, a zero normal, no triangle with an area, or an extent that no length in metres explains.
+/// not finite, a zero normal, no triangle with an area, a polygon that crosses itself, an extent that no length in metres
+/// explains, or coordinates so far from their origin that 32-bit floats cannot hold the shape.
 pub fn read(files: &dyn Files, path: &str) -> Result<Mesh> {
+    read_with_remarks(files, path).map(|(mesh, _)| mesh)
+}
+
+/// As [`read`], without normals: for those who look at the surface's place alone, whatever normals the file has.
+///
+/// # Errors
+/// As [`read`], except for normals.
+pub fn read_shape(files: &dyn Files, path: &str) -> Result<Mesh> {
+    let surface = read_surface(files, path)?;
+    check::finish(path, Surface { normals: None, ..surface })
+}
+
+/// As [`read`], and what the file holds besides that would change how the part looks and is not used (colours, textures,
+/// several parts): each the end of a sentence about the file.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_remarks(files: &dyn Files, path: &str) -> Result<(Mesh, Vec<String>)> {
+    let mut surface = read_surface(files, path)?;
+    let remarks = std::mem::take(&mut surface.remarks);
+    Ok((check::finish(path, surface)?, remarks))
+}
+
+fn read_surface(files: &dyn Files, path: &str) -> Result<Surface> {
     let format = format_of(path)?;
     let bytes = files.read(path)?;
     check_magic(path, format, &bytes)?;
-    let surface = shielded(path, || match format {
+    shielded(path, || match format {
         Format::Ply => ply::read(path, &bytes),
         Format::Obj => obj::read(path, &bytes),
         Format::Stl => stl::read(path, &bytes),
         Format::Gltf | Format::Glb => gltf::read(files, path, &bytes),
-    })?;
-    check::finish(path, surface)
+    })
 }
 
 /// The further files that the mesh file `path` with the content `bytes` needs (a glTF's external buffers), named as
@@ -103,6 +133,7 @@ fn check_magic(path: &str, format: Format, bytes: &[u8]) -> Result<()> {
     if bytes.is_empty() {
         return Err(SceneError::new(path, "is empty", "export the mesh again"));
     }
+    let bytes = number::without_mark(bytes);
     let text_start = bytes.iter().find(|byte| !byte.is_ascii_whitespace());
     let found = if bytes.starts_with(b"ply") && bytes.get(3).is_some_and(u8::is_ascii_whitespace) {
         Some(Format::Ply)
@@ -110,7 +141,7 @@ fn check_magic(path: &str, format: Format, bytes: &[u8]) -> Result<()> {
         Some(Format::Glb)
     } else if text_start == Some(&b'{') && format != Format::Stl {
         Some(Format::Gltf)
-    } else if bytes.starts_with(b"solid ") && format == Format::Obj {
+    } else if bytes.get(..6).is_some_and(|word| word.eq_ignore_ascii_case(b"solid ")) && format == Format::Obj {
         Some(Format::Stl)
     } else {
         None

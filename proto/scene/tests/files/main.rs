@@ -6,6 +6,8 @@
 // Clippy's `allow-unwrap-in-tests` does not reach the functions that tests share.
 #![allow(clippy::unwrap_used)]
 
+mod as_said;
+mod as_written;
 mod broken_images;
 mod broken_meshes;
 mod fixture_images;

@@ -20,13 +20,20 @@ pub fn colmap(cameras: &str, images: &str) -> Result<Imported> {
         if line.trim().is_empty() {
             continue;
         }
-        // The second line of an image lists its points, and may be empty.
-        lines.next();
+        let points = lines.next();
         let at = format!("line {}", number + 1);
         let wrong = |problem: &str| {
             let mend = "write IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, and the points on a line of their own";
             SceneError::new(file, problem, mend).at(&at)
         };
+        // The second line of an image lists its points, and may be empty, or absent behind the last.
+        let points = points.map_or("", |(_, line)| line);
+        let values: Vec<bool> = points.split_whitespace().map(|word| word.parse::<f64>().is_ok()).collect();
+        if values.len() % 3 != 0 || values.contains(&false) {
+            let mend = "write a line behind each image, empty or with X Y POINT3D_ID for every point";
+            let problem = "is no list of an image's points, which must follow the image";
+            return Err(SceneError::new(file, problem, mend).at(format!("line {}", number + 2)));
+        }
         let words: Vec<&str> = line.trim().splitn(10, char::is_whitespace).collect();
         let [_, pose @ .., camera, name] = words.as_slice() else { return Err(wrong("has too few words")) };
         let pose: Vec<f64> = pose.iter().filter_map(|word| word.parse().ok()).filter(|x: &f64| x.is_finite()).collect();

@@ -15,6 +15,7 @@ use gltf::{Document, Glb, Semantic};
 use percent_encoding::percent_decode_str;
 
 use super::Surface;
+use super::number::without_mark;
 use crate::decoder::one_line;
 use crate::error::{Result, SceneError};
 use crate::files::{Files, beside};
@@ -71,12 +72,14 @@ fn parse<'a>(file: &str, bytes: &'a [u8]) -> Result<(Document, Option<Cow<'a, [u
     } else {
         (bytes.into(), None)
     };
-    let root = Root::from_slice(&json).map_err(|error| broken(&error).at("json"))?;
+    let mut root = Root::from_slice(without_mark(&json)).map_err(|error| broken(&error).at("json"))?;
+    // The library knows no extension of these, and would refuse them all.
+    root.extensions_required.retain(|extension| !looks_alone(extension));
     if let Some(extension) = root.extensions_required.first() {
         return Err(SceneError::new(
             file,
             format!("needs the extension {extension}, which is not supported"),
-            "export without compression, quantization and other required extensions",
+            "export without it: without compression, quantization, instances",
         )
         .at("extensionsRequired"));
     }
@@ -89,6 +92,13 @@ fn parse<'a>(file: &str, bytes: &'a [u8]) -> Result<(Document, Option<Cow<'a, [u
         error => broken(&error),
     })?;
     Ok((document, binary))
+}
+
+/// Whether an extension says how a surface looks or is lit, and nothing of where it is.
+fn looks_alone(extension: &str) -> bool {
+    ["KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_", "KHR_xmp"]
+        .iter()
+        .any(|family| extension.starts_with(family))
 }
 
 /// The library's validation looks POSITION accessors up before it has checked that they exist, and would panic.

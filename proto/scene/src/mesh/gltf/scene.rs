@@ -23,7 +23,7 @@ pub(super) fn surface(file: &str, document: &Document, buffers: &[Arc<[u8]>]) ->
             return Err(SceneError::new(file, problem, "export one scene, that shows the mesh").at("scene"));
         }
     };
-    let mut gathered = Gathered { file, buffers, surface: Surface::default(), primitives: 0 };
+    let mut gathered = Gathered { file, buffers, surface: Surface::default(), primitives: 0, coloured: false };
     let mut open: Vec<_> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
     open.reverse();
     let mut visited = 0;
@@ -41,7 +41,17 @@ pub(super) fn surface(file: &str, document: &Document, buffers: &[Arc<[u8]>]) ->
         open.extend(node.children().map(|child| (child, to_scene)));
         open[children..].reverse();
     }
-    Ok(gathered.surface)
+    let Gathered { mut surface, primitives, coloured, .. } = gathered;
+    if primitives > 1 {
+        surface.remarks.push(format!("has {primitives} parts, which become one"));
+    }
+    if coloured {
+        surface.remarks.push("has vertex colours, which are not used".to_owned());
+    }
+    if document.textures().len() > 0 {
+        surface.remarks.push("has textures, which are not used".to_owned());
+    }
+    Ok(surface)
 }
 
 struct Gathered<'a> {
@@ -49,6 +59,7 @@ struct Gathered<'a> {
     buffers: &'a [Arc<[u8]>],
     surface: Surface,
     primitives: usize,
+    coloured: bool,
 }
 
 impl Gathered<'_> {
@@ -100,22 +111,20 @@ impl Gathered<'_> {
             let problem = format!("names the vertex {index}, but there are only {count} (counted from 0)");
             return refuse(&problem, "export it again, as GLB or PLY");
         }
-        let Some(mut triangles) = triangles(primitive.mode(), &indices) else {
-            return refuse("is made of points or lines", "export triangles only");
-        };
+        // Edges and points are drawn, and are no surface.
+        let Some(mut triangles) = triangles(primitive.mode(), &indices) else { return Ok(()) };
         if normals.as_ref().is_some_and(|normals| normals.len() != positions.len()) {
             return refuse("has another number of normals than of positions", "export it again, as GLB or PLY");
         }
-        let into = &mut self.surface;
-        if self.primitives > 0 && normals.is_some() != into.normals.is_some() {
-            return refuse(
-                "differs from the primitives before it in having normals or not",
-                "export normals for every mesh of the scene, or for none",
-            );
-        }
         self.primitives += 1;
-        let base = into.positions.len();
-        let bytes = (base + positions.len()) * 24 + (into.triangles.len() + triangles.len()) * 12;
+        self.coloured |= primitive.attributes().any(|(semantic, _)| matches!(semantic, gltf::Semantic::Colors(_)));
+        let into = &mut self.surface;
+        // Without normals, a primitive beside others with has flat ones (glTF 2.0, section 3.7.2.1): three vertices a face.
+        let flat = normals.is_none() && into.normals.is_some();
+        let flat_before = normals.is_some() && into.normals.is_none() && !into.triangles.is_empty();
+        let added = if flat { triangles.len() * 3 } else { positions.len() };
+        let before = if flat_before { into.triangles.len() * 3 } else { into.positions.len() };
+        let bytes = (before + added) * 36 + (into.triangles.len() + triangles.len()) * 12;
         if bytes > MAX_BYTES {
             let problem = format!("brings the scene to {bytes} bytes, above the limit of {MAX_BYTES}");
             return refuse(&problem, "decimate the mesh or show it fewer times");
@@ -125,16 +134,45 @@ impl Gathered<'_> {
             // glTF 2.0, section 3.7.4: a negative determinant reverses the winding.
             triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
         }
-        let base = u32::try_from(base).unwrap_or(u32::MAX);
-        into.triangles.extend(triangles.iter().map(|triangle| triangle.map(|index| index.saturating_add(base))));
-        let point = |position: [f32; 3]| to_scene.transform_point3(DVec3::from_array(position.map(f64::from)));
-        into.positions.extend(positions.into_iter().map(|position| point(position).as_vec3().to_array()));
-        if let Some(normals) = normals {
-            let normals = transform_normals(normals, to_scene);
+        let point =
+            |position: [f32; 3]| to_scene.transform_point3(DVec3::from_array(position.map(f64::from))).to_array();
+        let mut part = Surface {
+            positions: positions.into_iter().map(point).collect(),
+            normals: normals.map(|normals| transform_normals(normals, to_scene)),
+            triangles,
+            remarks: Vec::new(),
+        };
+        if flat {
+            part = flattened(&part);
+        }
+        if flat_before {
+            *into = flattened(into);
+        }
+        let base = u32::try_from(into.positions.len()).unwrap_or(u32::MAX);
+        into.triangles.extend(part.triangles.iter().map(|triangle| triangle.map(|index| index.saturating_add(base))));
+        into.positions.extend(part.positions);
+        if let Some(normals) = part.normals {
             into.normals.get_or_insert_default().extend(normals);
         }
         Ok(())
     }
+}
+
+/// The same triangles with vertices of their own, which have the face's normal; a face without an area has none.
+fn flattened(surface: &Surface) -> Surface {
+    let mut flat = Surface::default();
+    let mut normals = Vec::with_capacity(surface.triangles.len() * 3);
+    for triangle in &surface.triangles {
+        let corner = |index: u32| surface.positions.get(index as usize).copied().unwrap_or([f64::NAN; 3]);
+        let corners = triangle.map(corner);
+        let [a, b, c] = corners.map(DVec3::from_array);
+        let normal = (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::ZERO).as_vec3().to_array();
+        let base = u32::try_from(flat.positions.len()).unwrap_or(u32::MAX);
+        flat.positions.extend(corners);
+        flat.triangles.push([0, 1, 2].map(|offset| base.saturating_add(offset)));
+        normals.extend([normal; 3]);
+    }
+    Surface { normals: Some(normals), ..flat }
 }
 
 /// Normals go by the inverse transpose. Where the scene only moves a mesh, they keep their bits.

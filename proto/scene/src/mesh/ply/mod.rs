@@ -1,15 +1,19 @@
 //! PLY: Stanford polygon files, ascii and binary.
 
+mod ascii;
 mod write;
 
 pub use write::write_ply;
 
+use ascii::Lines;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
 
 use super::Surface;
+use super::number::without_mark;
+use super::polygon::Splitter;
 use crate::decoder::one_line;
 use crate::error::{Result, SceneError};
 
@@ -18,10 +22,25 @@ const MEND: &str = "export the mesh again, as a binary PLY";
 /// The names under which exporters write a face's corners.
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+/// Positions stay doubles until their rounding has been judged.
 #[derive(Default)]
 struct Vertex {
-    position: [f32; 3],
-    normal: [f32; 3],
+    position: [f64; 3],
+    normal: [f64; 3],
+}
+
+impl Vertex {
+    fn slot(&mut self, name: &str) -> Option<&mut f64> {
+        match name {
+            "x" => Some(&mut self.position[0]),
+            "y" => Some(&mut self.position[1]),
+            "z" => Some(&mut self.position[2]),
+            "nx" => Some(&mut self.normal[0]),
+            "ny" => Some(&mut self.normal[1]),
+            "nz" => Some(&mut self.normal[2]),
+            _ => None,
+        }
+    }
 }
 
 impl PropertyAccess for Vertex {
@@ -30,16 +49,14 @@ impl PropertyAccess for Vertex {
     }
 
     fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
-        let slot = match name {
-            "x" => &mut self.position[0],
-            "y" => &mut self.position[1],
-            "z" => &mut self.position[2],
-            "nx" => &mut self.normal[0],
-            "ny" => &mut self.normal[1],
-            "nz" => &mut self.normal[2],
-            _ => return PropertyAccessResult::Ignored,
+        let Some(slot) = self.slot(name) else { return PropertyAccessResult::Ignored };
+        let value = match value {
+            Property::Double(value) => Some(value),
+            Property::Int(value) => Some(f64::from(value)),
+            Property::UInt(value) => Some(f64::from(value)),
+            other => other.to_f32_lossy().map(f64::from),
         };
-        match value.to_f32_lossy() {
+        match value {
             Some(value) => {
                 *slot = value;
                 PropertyAccessResult::Set
@@ -86,49 +103,118 @@ impl PropertyAccess for Passed {
     }
 }
 
-/// Reads a PLY file's `vertex` and `face` elements; polygons become fans around their first corner.
+/// Reads a PLY file's `vertex` and `face` elements.
 pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Surface> {
+    let bytes = without_mark(bytes);
     let mut reader = Reader::new(bytes);
     let header = Parser::<Passed>::new()
         .read_header(&mut reader)
         .map_err(|error| SceneError::new(file, one_line(&error), MEND).at("header"))?;
-    check_header(file, &header, reader.get_ref().len())?;
+    let payload: &[u8] = reader.get_ref();
+    check_header(file, &header, payload.len())?;
 
-    let mut surface = Surface::default();
-    for element in header.elements.values() {
-        let broken =
-            |error: ParseError| SceneError::new(file, one_line(&error), MEND).at(format!("element {}", element.name));
-        match element.name.as_str() {
-            "vertex" => {
-                let vertices = Parser::<Vertex>::new();
-                let vertices = vertices.read_payload_for_element(&mut reader, element, &header).map_err(broken)?;
-                surface.positions = vertices.iter().map(|vertex| vertex.position).collect();
-                if element.properties.contains_key("nx") {
-                    surface.normals = Some(vertices.iter().map(|vertex| vertex.normal).collect());
-                }
-            }
-            "face" => {
-                let faces =
-                    Parser::<Face>::new().read_payload_for_element(&mut reader, element, &header).map_err(broken)?;
-                // Two triangles from a quad are the most that is common.
-                surface.triangles.reserve(faces.len());
-                for (number, face) in faces.iter().enumerate() {
-                    fan(face, &mut surface.triangles)
-                        .map_err(|problem| SceneError::new(file, problem, MEND).at(format!("face {number}")))?;
-                }
-            }
-            _ => {
-                let passed = Parser::<Passed>::new();
-                passed.read_payload_for_element(&mut reader, element, &header).map_err(broken)?;
-            }
+    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+    let left = if header.encoding == Encoding::Ascii {
+        let lines = bytes.len().checked_sub(payload.len()).and_then(|end| bytes.get(..end)).unwrap_or_default();
+        let mut lines = Lines::new(payload, lines.iter().filter(|&&byte| byte == b'\n').count());
+        for element in header.elements.values() {
+            text_element(&mut lines, element, &mut vertices, &mut faces)
+                .map_err(|problem| SceneError::new(file, problem, MEND).at(format!("element {}", element.name)))?;
         }
-    }
-    let left = reader.get_ref();
-    if !left.iter().all(u8::is_ascii_whitespace) {
-        let problem = format!("has {} bytes more than its header announces", left.len());
+        lines.rest().len() - lines.rest().iter().take_while(|byte| byte.is_ascii_whitespace()).count()
+    } else {
+        for element in header.elements.values() {
+            binary_element(&mut reader, element, &header, &mut vertices, &mut faces).map_err(|error| {
+                SceneError::new(file, one_line(&error), MEND).at(format!("element {}", element.name))
+            })?;
+        }
+        if reader.get_ref().iter().all(u8::is_ascii_whitespace) { 0 } else { reader.get_ref().len() }
+    };
+    if left > 0 {
+        let problem = format!("has {left} bytes more than its header announces");
         return Err(SceneError::new(file, problem, MEND).at("header"));
     }
-    Ok(surface)
+    surface(file, &header, &vertices, &faces)
+}
+
+fn text_element(
+    lines: &mut Lines<'_>,
+    element: &ElementDef,
+    vertices: &mut Vec<Vertex>,
+    faces: &mut Vec<Face>,
+) -> std::result::Result<(), String> {
+    let names: Vec<&str> = element.properties.keys().map(String::as_str).collect();
+    let is_corners: Vec<bool> = names.iter().map(|name| CORNERS.contains(name)).collect();
+    for _ in 0..element.count {
+        match element.name.as_str() {
+            "vertex" => {
+                let mut vertex = Vertex::default();
+                lines.element(element, |property, value| {
+                    if let Some(slot) = names.get(property).and_then(|name| vertex.slot(name)) {
+                        *slot = value;
+                    }
+                })?;
+                vertices.push(vertex);
+            }
+            "face" => {
+                let mut corners = Vec::with_capacity(3);
+                lines.element(element, |property, value| {
+                    if is_corners.get(property) == Some(&true) {
+                        corners.push(value);
+                    }
+                })?;
+                faces.push(Face(corners));
+            }
+            _ => lines.element(element, |_, _| ())?,
+        }
+    }
+    Ok(())
+}
+
+fn binary_element(
+    reader: &mut Reader<&[u8]>,
+    element: &ElementDef,
+    header: &Header,
+    vertices: &mut Vec<Vertex>,
+    faces: &mut Vec<Face>,
+) -> std::result::Result<(), ParseError> {
+    match element.name.as_str() {
+        "vertex" => *vertices = Parser::new().read_payload_for_element(reader, element, header)?,
+        "face" => *faces = Parser::new().read_payload_for_element(reader, element, header)?,
+        _ => _ = Parser::<Passed>::new().read_payload_for_element(reader, element, header)?,
+    }
+    Ok(())
+}
+
+#[allow(clippy::cast_possible_truncation)]
+fn surface(file: &str, header: &Header, vertices: &[Vertex], faces: &[Face]) -> Result<Surface> {
+    let properties = |element: &str| header.elements.get(element).map(|element| &element.properties);
+    let has = |element: &str, name: &str| properties(element).is_some_and(|all| all.contains_key(name));
+    let positions: Vec<[f64; 3]> = vertices.iter().map(|vertex| vertex.position).collect();
+    let normals = has("vertex", "nx");
+    let normals = normals.then(|| vertices.iter().map(|vertex| vertex.normal.map(|value| value as f32)).collect());
+    // Two triangles from a quad are the most that is common.
+    let mut triangles = Vec::with_capacity(faces.len());
+    let mut splitter = Splitter::new();
+    for (number, face) in faces.iter().enumerate() {
+        corners(face)
+            .and_then(|corners| splitter.split(&positions, &corners, &mut triangles))
+            .map_err(|problem| SceneError::new(file, problem, MEND).at(format!("face {number}")))?;
+    }
+    let mut remarks = Vec::new();
+    for (what, names) in
+        [("vertex colours", ["red", "diffuse_red", "r"].as_slice()), ("texture coordinates", &["s", "u", "texture_u"])]
+    {
+        if names.iter().any(|name| has("vertex", name)) {
+            remarks.push(format!("has {what}, which are not used"));
+        }
+    }
+    for (what, name) in [("face colours", "red"), ("texture coordinates", "texcoord")] {
+        if has("face", name) {
+            remarks.push(format!("has {what}, which are not used"));
+        }
+    }
+    Ok(Surface { positions, normals, triangles, remarks })
 }
 
 /// Checks all that can be known before the payload is read: above all that the announced counts fit into the file, so
@@ -162,6 +248,10 @@ fn check_header(file: &str, header: &Header, payload: usize) -> Result<()> {
     if normals != 0 && normals != 3 {
         return Err(absent("complete normals: only some of nx, ny, nz", "export all three, or none"));
     }
+    let corners = CORNERS.iter().filter_map(|name| face.properties.get(*name));
+    if corners.map(|property| &property.data_type).any(|kind| matches!(kind, PropertyType::Scalar(_))) {
+        return Err(absent("list property vertex_indices", MEND));
+    }
     if CORNERS.iter().filter(|name| face.properties.contains_key(**name)).count() != 1 {
         return Err(absent("single face property vertex_indices", MEND));
     }
@@ -189,23 +279,12 @@ fn size(scalar: &ScalarType) -> usize {
     }
 }
 
-fn fan(Face(corners): &Face, triangles: &mut Vec<[u32; 3]>) -> std::result::Result<(), String> {
-    let [first, rest @ ..] = corners.as_slice() else {
-        return Err("has no corners".to_owned());
-    };
-    if rest.len() < 2 {
-        return Err(format!("has {} corners, a face needs three", corners.len()));
+fn corners(Face(corners): &Face) -> std::result::Result<Vec<u32>, String> {
+    match corners.len() {
+        0 => Err("has no corners".to_owned()),
+        1 | 2 => Err(format!("has {} corners, a face needs three", corners.len())),
+        _ => corners.iter().map(|corner| vertex_index(*corner)).collect(),
     }
-    let first = vertex_index(*first)?;
-    let mut previous = None;
-    for &corner in rest {
-        let corner = vertex_index(corner)?;
-        if let Some(previous) = previous {
-            triangles.push([first, previous, corner]);
-        }
-        previous = Some(corner);
-    }
-    Ok(())
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

@@ -8,6 +8,7 @@ mod below;
 mod block;
 mod place;
 mod probe;
+mod roulette;
 mod wave;
 
 pub use block::{First, first_surfaces, lights_blocks};
@@ -20,11 +21,8 @@ use crate::sampler::{Aside, Sampler};
 use crate::shader::{MAX_SLOTS, Shader};
 use crate::{bvh::Hit, bvh::Ray};
 use glam::{Vec2, Vec3};
+use roulette::survival;
 
-/// Bounces before Russian roulette may end a path.
-const ROULETTE_FROM: u32 = 1;
-/// A path goes on with at most this probability, so that none between white walls lasts for ever.
-const SURVIVAL: f32 = 0.95;
 /// At a path's first surface every light is sampled if there are no more than this; else, and later on, one at random.
 const ALL_LIGHTS: usize = 4;
 
@@ -288,16 +286,12 @@ pub fn trace<const SAME: bool>(
         if chosen.pdf <= 0.0 {
             return;
         }
-        let mut survival = 1.0;
         proposed *= chosen.value / chosen.pdf;
-        if bounce >= ROULETTE_FROM {
-            // The floor keeps derivatives alive where the value itself has died (a black base).
-            survival = proposed.max_element().clamp(0.05, SURVIVAL);
-            if numbers[3] >= survival {
-                return;
-            }
-            proposed /= survival;
+        let survival = survival(bounce, proposed);
+        if numbers[3] >= survival {
+            return;
         }
+        proposed /= survival;
         let weight = 1.0 / (chosen.pdf * survival);
         for derivative in carrier.derivatives.iter_mut() {
             *derivative *= found.value * weight;

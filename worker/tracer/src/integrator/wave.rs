@@ -5,7 +5,8 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::place::{Lit, Place};
-use super::{ROULETTE_FROM, SURVIVAL, Start, Tally, World, trace};
+use super::roulette::survival;
+use super::{Start, Tally, World, trace};
 use crate::bsdf::{Bsdf, Evaluations};
 use crate::bvh::{Bundle, Hits};
 use crate::sampler::{BLOCK, Keys, Sampler};
@@ -153,13 +154,9 @@ fn bounce_lanes(world: &World<'_>, bsdf: &Bsdf, paths: &[Path], radiance: &mut [
     for lane in 0..BLOCK {
         let (value, pdf) = (found.value.get(lane), found.pdf[lane]);
         let mut through = proposed.get(lane) * (value / pdf);
-        let mut survival = 1.0;
-        if bounce >= ROULETTE_FROM {
-            survival = through.max_element().clamp(0.05, SURVIVAL);
-            through /= survival;
-        }
-        let ends = (bounce >= ROULETTE_FROM) & (numbers[3][lane] >= survival);
-        used &= !(u32::from(ends) << lane);
+        let survival = survival(bounce, through);
+        through /= survival;
+        used &= !(u32::from(numbers[3][lane] >= survival) << lane);
         proposed.set(lane, through);
         throughput.set(lane, throughput.get(lane) * (value * (1.0 / (pdf * survival))));
         leaving.set(lane, place.basis(lane).world(wi.get(lane)));

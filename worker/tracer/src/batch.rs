@@ -104,6 +104,9 @@ impl Batch {
             world.geometry.closest_bundle(&self.rays, &mut self.hits);
             if self.hits.found() != 0 {
                 self.numbers.fill(&sampler, sample, 4);
+                if world.lights.need_numbers() {
+                    self.numbers.fill(&sampler, sample, 4);
+                }
             }
             let (rays, hits, numbers) = (&self.rays, &self.hits, &self.numbers);
             let first = First { rays, hits, numbers, sampler, sample, slot: slot + offset };

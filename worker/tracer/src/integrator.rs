@@ -115,6 +115,43 @@ impl Start {
     }
 }
 
+/// Whether a path's ray ends at a light, or in nothing: then what it finds there is added.
+#[inline]
+fn arrives(
+    world: &World<'_>,
+    ray: &Ray,
+    hit: Option<Hit>,
+    arrival: Option<(f32, f32)>,
+    carrier: &Carrier<'_>,
+    tally: &mut Tally<'_>,
+) -> bool {
+    let share = |pdf: f32| Vec3::splat(arrival.map_or(1.0, |(own, pick)| power(own, pdf * pick)));
+    let limit = hit.map_or(f32::INFINITY, |h| h.t);
+    if let Some((_, index)) = world.lights.sphere(ray.origin, ray.direction, limit) {
+        if let Some((emission, pdf, plane)) = world.lights.sphere_emission(index, ray.origin, ray.direction) {
+            tally.add(carrier, share(pdf), &emission, plane);
+        }
+        return true;
+    }
+    if hit.is_none() {
+        for (emission, pdf, plane) in world.lights.environments(ray.direction) {
+            tally.add(carrier, share(pdf), &emission, plane);
+        }
+    }
+    hit.is_none()
+}
+
+/// The factor on what a sample towards a light brings: the chance that it was chosen, and its share where a path can come
+/// upon the light as well, with density `other`.
+#[inline(always)]
+fn direct_weight(pdf: f32, pick: f32, other: Option<f32>) -> f32 {
+    match other {
+        _ if pdf <= 0.0 => 1.0 / pick,
+        Some(other) => power(pdf * pick, other) / (pdf * pick),
+        None => 1.0 / (pdf * pick),
+    }
+}
+
 /// Traces one path from `start`; adds what it finds to `tally`. `sampler` stands behind the numbers that the path
 /// has taken.
 ///
@@ -134,21 +171,11 @@ pub fn trace<const SAME: bool>(
     // Lights of intensity 0 have no part in the radiance: their derivatives must not shift its numbers.
     let mut dark = (world.lights.dark() > 0 && !tally.derivatives.is_empty()).then(|| sampler.aside(Aside::Dark));
     let mut beneath = None;
-    let share = |arrival: Option<(f32, f32)>, pdf: f32| arrival.map_or(1.0, |(own, pick)| power(own, pdf * pick));
     for bounce in start.bounce.. {
-        let limit = hit.map_or(f32::INFINITY, |h| h.t);
-        if let Some((_, index)) = world.lights.sphere(ray.origin, ray.direction, limit) {
-            if let Some((emission, pdf, plane)) = world.lights.sphere_emission(index, ray.origin, ray.direction) {
-                tally.add(&carrier, Vec3::splat(share(arrival, pdf)), &emission, plane);
-            }
+        if arrives(world, &ray, hit, arrival, &carrier, tally) {
             return;
         }
-        let Some(h) = hit else {
-            for (emission, pdf, plane) in world.lights.environments(ray.direction) {
-                tally.add(&carrier, Vec3::splat(share(arrival, pdf)), &emission, plane);
-            }
-            return;
-        };
+        let Some(h) = hit else { return };
         let surface = world.geometry.surface(&h);
         let shader = &world.shaders[world.shader_of[surface.object]];
         let proposal = if SAME { shader } else { &world.proposals[world.shader_of[surface.object]] };
@@ -219,23 +246,17 @@ pub fn trace<const SAME: bool>(
                 return;
             }
             let shadow = surface.ray_to(sample.direction, sample.distance);
-            if world.geometry.occluded(&shadow)
-                || world.lights.sphere(shadow.origin, shadow.direction, shadow.t_max).is_some()
-            {
+            if world.geometry.occluded(&shadow) || world.lights.in_the_way(&shadow) {
                 return;
             }
-            let weight = if sample.pdf > 0.0 && met {
-                let pdf = if SAME {
+            let other = (sample.pdf > 0.0 && met).then(|| {
+                if SAME {
                     found.pdf
                 } else {
                     proposal.evaluate(chooser, towards_chooser, chooser.basis.local(sample.direction)).pdf
-                };
-                power(sample.pdf * pick, pdf) / (sample.pdf * pick)
-            } else if sample.pdf > 0.0 {
-                1.0 / (sample.pdf * pick)
-            } else {
-                1.0 / pick
-            };
+                }
+            });
+            let weight = direct_weight(sample.pdf, pick, other);
             tally.add(&carrier, found.value * weight, &sample.emission, plane);
             if differentiate {
                 let factor = carrier.throughput * sample.emission.value * weight;

@@ -207,8 +207,7 @@ impl Bounce<'_> {
             return;
         }
         let shadow = way.from.ray_to(sample.direction, sample.distance);
-        let blocked = self.world.geometry.occluded(&shadow)
-            || self.world.lights.sphere(shadow.origin, shadow.direction, shadow.t_max).is_some();
+        let blocked = self.world.geometry.occluded(&shadow) || self.world.lights.in_the_way(&shadow);
         if blocked {
             return;
         }

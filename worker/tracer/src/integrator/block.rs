@@ -1,7 +1,7 @@
 //! The first surfaces of a block of paths through one pixel: the bits of single paths, in loops that vectorise and with
 //! rays that share a walk through the hierarchy.
 //!
-//! Plain materials under a few point and directional lights, no derivative along the path. What is beyond that goes
+//! Plain materials under a few lights, no derivative along the path. What is beyond that goes
 //! on, or starts, as a single path.
 
 // Several arrays at one index read better than nested zips.
@@ -9,11 +9,11 @@
 
 use super::place::{Lit, Place};
 use super::wave::{Path, Waves, alone};
-use super::{ALL_LIGHTS, Start, World};
+use super::{ALL_LIGHTS, Start, World, direct_weight};
 use crate::bsdf::{Bsdf, Evaluations};
 use crate::bvh::{Bundle, Hits};
 use crate::light::PhotoLights;
-use crate::sampler::{Block, PixelSampler, Sampler};
+use crate::sampler::{Block, Keys, PixelSampler, Sampler};
 use crate::vectors::{BLOCK, Vectors, equal, lanes, positive};
 use glam::Vec3;
 
@@ -23,7 +23,7 @@ pub struct First<'a> {
     pub rays: &'a Bundle,
     /// What they hit first.
     pub hits: &'a Hits,
-    /// The paths' numbers, of which group 1 is ready where anything is hit.
+    /// The paths' numbers, of which groups 1 and 2 are ready where anything is hit; group 2 only if the lights need numbers.
     pub numbers: &'a Block,
     /// The pixel.
     pub sampler: PixelSampler,
@@ -35,17 +35,19 @@ pub struct First<'a> {
 
 /// Whether blocks of paths can be lit by these lights.
 pub fn lights_blocks(lights: &PhotoLights) -> bool {
-    let few = lights.sampled() <= ALL_LIGHTS && !lights.has_spheres();
-    few && (0..lights.sampled()).all(|index| lights.lamp(index).is_some())
+    lights.sampled() <= ALL_LIGHTS
 }
 
 /// Follows camera rays through their first surfaces: adds what they find to `radiance`, which is zero, and puts paths
 /// that may find more into `waves`. [`lights_blocks`] must hold.
 pub fn first_surfaces(world: &World<'_>, block: &First<'_>, radiance: &mut [Vec3], waves: &mut Waves) {
     let mut todo = block.hits.found() & block.rays.used;
-    if world.lights.has_environments() {
-        for lane in lanes(block.rays.used & !todo) {
-            block.alone(world, lane, radiance);
+    if world.lights.can_be_met() {
+        for lane in lanes(block.rays.used) {
+            let start = Start::camera(block.rays.ray(lane), block.hits.get(lane));
+            if start.arrives(world, &mut radiance[block.slot + lane]) {
+                todo &= !(1 << lane);
+            }
         }
     }
     let mut shaders = [u32::MAX; BLOCK];
@@ -72,6 +74,13 @@ impl First<'_> {
     #[inline(always)]
     fn sampler(&self, lane: usize) -> Sampler<'static> {
         self.sampler.sample(self.sample + lane as u32)
+    }
+
+    /// The paths of some lanes.
+    fn keys(&self, mask: u32) -> Keys {
+        let mut keys = Keys::ZERO;
+        lanes(mask).for_each(|lane| keys.set(lane, &self.sampler(lane)));
+        keys
     }
 
     /// Follows one path from the camera on.
@@ -105,9 +114,15 @@ fn shade_lanes(world: &World<'_>, bsdf: &Bsdf, block: &First<'_>, mask: u32, rad
     let (mut wi, mut found) = (Vectors::ZERO, Evaluations::ZERO);
     let mut rays = Bundle::NONE;
     for index in 0..world.lights.sampled() {
-        let Some(lamp) = world.lights.lamp(index) else { continue };
         let mut lit = Lit::ZERO;
-        lit.from(&lamp, &place.surfaces.position);
+        if index < 2 {
+            let [a, b, c, d] = block.numbers.group(2);
+            lit.towards(world.lights, index, &place, if index == 0 { [a, b] } else { [c, d] });
+        } else {
+            let mut fresh = [[0.0; BLOCK]; 4];
+            block.keys(mask).numbers(1 + index as u32, &mut fresh);
+            lit.towards(world.lights, index, &place, [&fresh[0], &fresh[1]]);
+        }
         for lane in 0..BLOCK {
             wi.set(lane, place.basis(lane).local(lit.direction.get(lane)));
         }
@@ -118,7 +133,10 @@ fn shade_lanes(world: &World<'_>, bsdf: &Bsdf, block: &First<'_>, mask: u32, rad
         rays.used = used;
         let free = used & !world.geometry.occluded_bundle(&rays);
         for lane in lanes(free) {
-            radiance[block.slot + lane] += found.value.get(lane) * lit.light.get(lane);
+            if !world.lights.in_the_way(&rays.ray(lane)) {
+                let weight = direct_weight(lit.pdf[lane], 1.0, Some(found.pdf[lane]));
+                radiance[block.slot + lane] += found.value.get(lane) * weight * lit.light.get(lane);
+            }
         }
     }
 
@@ -137,7 +155,7 @@ fn shade_lanes(world: &World<'_>, bsdf: &Bsdf, block: &First<'_>, mask: u32, rad
     world.geometry.closest_stream(&rays, &mut next);
     // The camera's, the surface's two, and one for each light beyond two.
     let groups = 3 + world.lights.sampled().saturating_sub(2) as u32;
-    let alive = if world.lights.has_environments() { rays.used } else { rays.used & next.found() };
+    let alive = if world.lights.can_be_met() { rays.used } else { rays.used & next.found() };
     for lane in lanes(alive) {
         let (throughput, proposed) = (weight.get(lane), found.value.get(lane) / found.pdf[lane]);
         let (ray, hit, arrival) = (rays.ray(lane), next.get(lane), Some((found.pdf[lane], 1.0)));

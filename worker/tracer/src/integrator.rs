@@ -17,7 +17,7 @@ pub use wave::Waves;
 use crate::geometry::Geometry;
 use crate::light::{Emission, LightSample, PhotoLights};
 use crate::planes::PlaneIndex;
-use crate::sampler::{Aside, Sampler};
+use crate::sampler::{Aside, SPLIT, Sampler};
 use crate::shader::{MAX_SLOTS, Shader};
 use crate::{bvh::Hit, bvh::Ray};
 use glam::{Vec2, Vec3};
@@ -25,6 +25,9 @@ use roulette::survival;
 
 /// At a path's first surface every light is sampled if there are no more than this; else, and later on, one at random.
 const ALL_LIGHTS: usize = 4;
+
+/// What one of the paths from a camera ray's first surface is worth.
+const SHARE: f32 = 1.0 / SPLIT as f32;
 
 /// What a path needs to know of the scene.
 pub struct World<'a> {
@@ -105,13 +108,28 @@ pub struct Start {
     pub arrival: Option<(f32, f32)>,
     /// Groups of four numbers that the path has taken.
     pub groups: u32,
+    /// Which of the paths from its camera ray's first surface it is.
+    pub branch: u32,
 }
 
 impl Start {
     /// A camera ray.
     #[must_use]
     pub fn camera(ray: Ray, hit: Option<Hit>) -> Self {
-        Self { ray, hit, bounce: 0, throughput: Vec3::ONE, proposed: Vec3::ONE, arrival: None, groups: 1 }
+        Self { ray, hit, bounce: 0, throughput: Vec3::ONE, proposed: Vec3::ONE, arrival: None, groups: 1, branch: 0 }
+    }
+
+    /// One of [`SPLIT`] paths that go on from what a camera ray hits.
+    #[must_use]
+    pub fn branch(ray: Ray, hit: Option<Hit>, branch: u32) -> Self {
+        Self { throughput: Vec3::splat(SHARE), branch, ..Self::camera(ray, hit) }
+    }
+
+    /// Adds what a ray finds that ends at a light or in nothing, no derivative being carried along; whether it does.
+    #[inline]
+    pub fn arrives(&self, world: &World<'_>, tally: &mut Tally<'_>) -> bool {
+        let carrier = Carrier { throughput: self.throughput, derivatives: &mut [] };
+        arrives(world, &self.ray, self.hit, self.arrival, &carrier, tally)
     }
 }
 
@@ -149,6 +167,28 @@ fn direct_weight(pdf: f32, pick: f32, other: Option<f32>) -> f32 {
         _ if pdf <= 0.0 => 1.0 / pick,
         Some(other) => power(pdf * pick, other) / (pdf * pick),
         None => 1.0 / (pdf * pick),
+    }
+}
+
+/// Traces a camera ray and the paths from its first surface; adds what they find to `tally`. `numbers` gives those of a path.
+///
+/// The other arguments are those of [`trace`].
+pub fn trace_camera<'b, const SAME: bool>(
+    world: &World<'_>,
+    start: Start,
+    numbers: impl Fn(u32) -> Sampler<'b>,
+    scratch: &mut [Vec3],
+    tally: &mut Tally<'_>,
+) {
+    if start.arrives(world, tally) {
+        return;
+    }
+    for branch in 0..SPLIT {
+        let before = std::mem::take(&mut tally.radiance);
+        let mut numbers = numbers(branch);
+        numbers.skip();
+        trace::<SAME>(world, Start::branch(start.ray, start.hit, branch), &mut numbers, scratch, tally);
+        tally.radiance = before + tally.radiance;
     }
 }
 
@@ -264,6 +304,10 @@ pub fn trace<const SAME: bool>(
             }
         };
         if all {
+            // What is the same for all paths from a camera ray's first surface, the first one finds for all of them.
+            for index in (0..lights).filter(|index| start.branch == 0 && world.lights.is_fixed(*index)) {
+                direct(world.lights.sample(index, surface.position, Vec2::ZERO), SHARE, true);
+            }
             // One pair of numbers each; beyond the two at hand, a fresh group.
             for index in 0..lights {
                 let u = match index {
@@ -274,7 +318,9 @@ pub fn trace<const SAME: bool>(
                         Vec2::new(fresh[0], fresh[1])
                     }
                 };
-                direct(world.lights.sample(index, surface.position, u), pick, true);
+                if !world.lights.is_fixed(index) {
+                    direct(world.lights.sample(index, surface.position, u), pick, true);
+                }
             }
         } else if lights > 0 {
             let index = ((towards[2] * lights as f32) as usize).min(lights - 1);

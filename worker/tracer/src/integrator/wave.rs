@@ -6,7 +6,7 @@
 
 use super::place::{Lit, Place};
 use super::roulette::survival;
-use super::{Carrier, Start, Tally, World, arrives, direct_weight, trace};
+use super::{Start, Tally, World, direct_weight, trace};
 use crate::bsdf::{Bsdf, Evaluations};
 use crate::bvh::{Bundle, Hits};
 use crate::sampler::{BLOCK, Keys, Sampler};
@@ -43,7 +43,7 @@ impl Waves {
     /// Takes a path from behind its first surface; one that blocks have no loops for is followed to its end at once.
     #[inline]
     pub fn push(&mut self, world: &World<'_>, path: Path, radiance: &mut [Vec3]) {
-        if world.lights.can_be_met() && path.start.arrives(world, &mut radiance[path.slot]) {
+        if world.lights.can_be_met() && arrives(world, &path.start, &mut radiance[path.slot]) {
             return;
         }
         if let Some(hit) = &path.start.hit {
@@ -81,16 +81,13 @@ impl Path {
     }
 }
 
-impl Start {
-    /// As [`arrives`], where no derivative is wanted.
-    #[inline]
-    pub fn arrives(&self, world: &World<'_>, radiance: &mut Vec3) -> bool {
-        let carrier = Carrier { throughput: self.throughput, derivatives: &mut [] };
-        let mut tally = Tally { radiance: *radiance, derivatives: &mut [] };
-        let ends = arrives(world, &self.ray, self.hit, self.arrival, &carrier, &mut tally);
-        *radiance = tally.radiance;
-        ends
-    }
+/// As [`Start::arrives`], where radiance alone is wanted.
+#[inline]
+pub fn arrives(world: &World<'_>, start: &Start, radiance: &mut Vec3) -> bool {
+    let mut tally = Tally { radiance: *radiance, derivatives: &mut [] };
+    let ends = start.arrives(world, &mut tally);
+    *radiance = tally.radiance;
+    ends
 }
 
 /// Follows one path to its end. `numbers` are the path's from the first on.
@@ -195,6 +192,7 @@ fn bounce_lanes(world: &World<'_>, bsdf: &Bsdf, paths: &[Path], radiance: &mut [
             proposed: proposed.get(lane),
             arrival: Some((found.pdf[lane], pick)),
             groups: groups + 2,
+            branch: 0,
         };
         waves.push(world, Path { start, ..paths[lane] }, radiance);
     }

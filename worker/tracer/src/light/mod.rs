@@ -277,6 +277,13 @@ impl PhotoLights {
         }
     }
 
+    /// Whether sampled light number `index` is the same for whatever random numbers.
+    #[inline]
+    #[must_use]
+    pub fn is_fixed(&self, index: usize) -> bool {
+        matches!(self.lights[self.sampled[index]].source, Source::Point { .. } | Source::Directional { .. })
+    }
+
     /// Whether a path can come upon a light: one that has an extent, or surrounds everything.
     #[inline]
     #[must_use]

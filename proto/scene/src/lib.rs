@@ -16,6 +16,7 @@ pub mod mesh;
 pub mod parameter;
 pub mod reflectance;
 pub mod sensor_stage;
+pub mod stream;
 
 pub use assets::{Assets, Photograph};
 pub use capture::Capture;
@@ -23,6 +24,7 @@ pub use error::{Result, SceneError};
 pub use evaluation::{Evaluation, EvaluationRequest, Film, Output, PhotoStatistics, Progress};
 pub use parameter::{Parameter, Term};
 pub use sensor_stage::{PhotoValue, SensorStage};
+pub use stream::Stream;
 
 /// The largest width or height of an image in pixels.
 pub const MAX_SIDE: u32 = 16384;

@@ -19,6 +19,7 @@ pub mod reflectance;
 pub mod sensor_stage;
 pub mod statistics;
 pub mod surroundings;
+pub mod stream;
 
 pub use assets::{Assets, Photograph, Values};
 pub use capture::Capture;
@@ -27,6 +28,7 @@ pub use evaluation::{Evaluation, EvaluationRequest, Film, Output, Progress};
 pub use parameter::{Parameter, Term};
 pub use sensor_stage::{PhotoValue, SensorStage};
 pub use statistics::PhotoStatistics;
+pub use stream::Stream;
 
 /// The largest width or height of an image in pixels.
 pub const MAX_SIDE: u32 = 16384;

@@ -149,12 +149,11 @@ pub struct FitArguments {
     /// Optimiser: gauss-newton, nelder-mead, l-bfgs or particle-swarm
     #[arg(long, value_name = "NAME", default_value_t = SolverName::default())]
     pub solver: SolverName,
-    /// Most samples per pixel of any iteration; even. The first iterations take fewer [default: 64, or 4 where not all pixels
-    /// are compared]
-    #[arg(long, value_name = "MAX", value_parser = samples)]
-    pub samples: Option<u32>,
+    /// Most samples per pixel of any iteration; even. The first iterations take fewer
+    #[arg(long, value_name = "MAX", default_value_t = 64, value_parser = samples)]
+    pub samples: u32,
     /// Pixels to compare, of all photos together: a number, or all. Drawn by what lies behind them, so that they stand for all.
-    /// Absent, all of a capture of up to 524288 pixels, and 1048576 of a larger one
+    /// Absent, all of a capture of up to 524288 pixels, and 196608 of a larger one
     #[arg(long, value_name = "N|all", default_value = "", hide_default_value = true, value_parser = pixels)]
     pub pixels: Pixels,
     /// Relative standard error wanted of every freed number, such as 0.002: begins with few pixels and takes as many as that needs,

@@ -8,5 +8,5 @@ mod choose;
 mod preview;
 mod strata;
 
-pub use choose::{ALL_UP_TO, CELLS, MANY, SAMPLES, choose, pixels};
+pub use choose::{ALL_UP_TO, CELLS, MANY, choose, pixels};
 pub use preview::{Preview, preview, shrink};

@@ -22,7 +22,7 @@ const DECODED_BYTES: u64 = 640 << 20;
 const BYTES_PER_PIXEL: u64 = 30;
 
 /// Samples per pixel of a small picture: each stands for hundreds of the photo's pixels.
-pub(super) const SAMPLES: u32 = 16;
+pub(super) const SAMPLES: u32 = 4;
 
 /// A capture's files with another `capture.toml`, and without its photographs.
 struct Small<'a> {

@@ -28,9 +28,6 @@ const RESULT: &str = "fit.json";
 const REPORT: &str = "report.html";
 const CHECKPOINT: &str = "checkpoint.json";
 
-/// Most samples per pixel where all pixels are compared, unless another number is asked for.
-const SAMPLES: u32 = 64;
-
 /// What stands for the chosen pixels among the files that a checkpoint belongs to.
 const CHOSEN: &str = "the pixels chosen by --pixels and --seed";
 
@@ -100,7 +97,7 @@ fn work(
     watch: &Watch,
 ) -> Result<(), Failure> {
     let mut farm = open(&arguments.farm, input)?;
-    let mut options = options(arguments, folder, chosen)?;
+    let mut options = options(arguments, folder)?;
     let mut result = None;
     let mut pixels = chosen.wanted;
     let all = gonio_design::pixels(&input.capture);
@@ -211,16 +208,14 @@ fn free(capture: &mut Capture, arguments: &FitArguments) -> Result<(), Failure> 
     Ok(())
 }
 
-fn options(arguments: &FitArguments, folder: &Folder, chosen: &Chosen) -> Result<Options, Failure> {
-    let usual = if chosen.wanted.is_some() { gonio_design::SAMPLES } else { SAMPLES };
-    let samples = arguments.samples.unwrap_or(usual);
+fn options(arguments: &FitArguments, folder: &Folder) -> Result<Options, Failure> {
     let checkpoint = folder.path(CHECKPOINT);
     let resume = if arguments.resume { Some(Checkpoint::read(&checkpoint)?) } else { None };
     Ok(Options {
         solver: arguments.solver,
         seed: arguments.seed,
-        min_samples: FIRST_SAMPLES.min(samples),
-        max_samples: samples,
+        min_samples: FIRST_SAMPLES.min(arguments.samples),
+        max_samples: arguments.samples,
         max_iterations: arguments.max_iterations,
         start: arguments.start.clone(),
         checkpoint: Some(checkpoint),

@@ -1,10 +1,10 @@
 //! How a fit is to be done.
 
 use crate::{Checkpoint, FitError};
+use gonio_scene::{Capture, SensorStage};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use gonio_scene::{Capture, SensorStage};
 use std::str::FromStr;
 
 /// The optimisers, by name.

@@ -18,8 +18,8 @@ pub mod parameter;
 pub mod reflectance;
 pub mod sensor_stage;
 pub mod statistics;
-pub mod surroundings;
 pub mod stream;
+pub mod surroundings;
 
 pub use assets::{Assets, Photograph, Values};
 pub use capture::Capture;

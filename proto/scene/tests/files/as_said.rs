@@ -1,6 +1,7 @@
 //! Images whose header says what their values mean: they are read so, or refused.
 
 use ::image::ExtendedColorType;
+use exr::meta::attribute::Chromaticities;
 use exr::prelude::*;
 use gonio_scene::image::{self as images, Image as Picture};
 use tiff::encoder::{TiffEncoder, TiffKind, colortype};
@@ -88,15 +89,15 @@ fn exr_with(change: impl FnOnce(&mut ImageAttributes, &mut LayerAttributes), alp
     let mut attributes = ImageAttributes::new(IntegerBounds::new((0, 0), (WIDTH as usize, HEIGHT as usize)));
     change(&mut attributes, &mut layers[0].attributes);
     let mut bytes = Vec::new();
-    let image = exr::image::Image::from_layers(attributes, layers);
+    let image = Image::from_layers(attributes, layers);
     image.write().to_buffered(std::io::Cursor::new(&mut bytes)).unwrap();
     bytes
 }
 
-fn places(red: [f32; 2], green: [f32; 2], blue: [f32; 2]) -> exr::meta::attribute::Chromaticities {
+fn places(red: [f32; 2], green: [f32; 2], blue: [f32; 2]) -> Chromaticities {
     let place = |[x, y]: [f32; 2]| Vec2(x, y);
     let white = Vec2(0.3127, 0.329);
-    exr::meta::attribute::Chromaticities { red: place(red), green: place(green), blue: place(blue), white }
+    Chromaticities { red: place(red), green: place(green), blue: place(blue), white }
 }
 
 #[test]

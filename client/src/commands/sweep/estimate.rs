@@ -42,7 +42,7 @@ pub(super) fn rate(
             numbers: runner.plan.numbers(frame),
             photos: vec![frame.photo],
             samples: (affordable / 2 * 2).clamp(2, runner.plan.samples),
-            seed: Stream::Sweep.seed(frame.seed),
+            seed: Stream::Render.seed(frame.seed),
             output: Output::Films,
             ..EvaluationRequest::default()
         };

@@ -136,7 +136,7 @@ impl Runner<'_> {
             numbers: self.plan.numbers(first),
             photos: frames.iter().map(|frame| frame.photo).collect(),
             samples: self.plan.samples,
-            seed: Stream::Sweep.seed(first.seed),
+            seed: Stream::Render.seed(first.seed),
             output: Wanted::Films,
             ..EvaluationRequest::default()
         };

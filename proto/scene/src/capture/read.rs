@@ -38,7 +38,9 @@ impl<'a> Reader<'a> {
 
     /// A key that is missing may be there with a slip in its name: then that name is the mistake.
     fn missing(&self, key: &str, what: &str) -> SceneError {
-        let slip = self.table.keys().find(|other| !self.known.contains(*other) && edit_distance(other, key) <= SLIP);
+        // A key of two letters is a slip of too many others: cx of fx.
+        let slips = |other: &&String| !self.known.contains(*other) && edit_distance(other, key) <= SLIP;
+        let slip = self.table.keys().find(slips).filter(|_| key.len() > SLIP + 1);
         if let Some(slip) = slip {
             let mend = format!("did you mean `{key}`?");
             return self.refuse(slip, "is not a key that this version knows".to_owned(), &mend);

@@ -5,15 +5,12 @@
 
 pub mod gram;
 mod limit;
-pub mod measured;
 pub mod merge;
-mod partner;
 pub mod prediction;
 pub mod recipe;
 pub mod reduction;
 pub mod statistics;
-mod window;
+pub mod weight;
 
-pub use measured::Measured;
 pub use recipe::Recipe;
 pub use reduction::Reduction;

@@ -7,7 +7,6 @@ pub mod assets;
 pub mod capture;
 mod decoder;
 pub mod derivative;
-pub mod design;
 pub mod error;
 pub mod evaluation;
 pub mod files;
@@ -17,18 +16,13 @@ pub mod mesh;
 pub mod parameter;
 pub mod reflectance;
 pub mod sensor_stage;
-pub mod statistics;
-pub mod stream;
-pub mod surroundings;
 
-pub use assets::{Assets, Photograph, Values};
+pub use assets::{Assets, Photograph};
 pub use capture::Capture;
 pub use error::{Result, SceneError};
-pub use evaluation::{Evaluation, EvaluationRequest, Film, Output, Progress};
+pub use evaluation::{Evaluation, EvaluationRequest, Film, Output, PhotoStatistics, Progress};
 pub use parameter::{Parameter, Term};
 pub use sensor_stage::{PhotoValue, SensorStage};
-pub use statistics::PhotoStatistics;
-pub use stream::Stream;
 
 /// The largest width or height of an image in pixels.
 pub const MAX_SIDE: u32 = 16384;

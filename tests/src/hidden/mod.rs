@@ -3,12 +3,12 @@
 //! another mesh.
 
 mod diffusion;
-pub mod film;
+mod film;
 mod mesh;
 mod optics;
 mod pixels;
 mod places;
-pub mod random;
+mod random;
 mod surface;
 mod unit;
 mod vectors;

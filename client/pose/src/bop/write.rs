@@ -210,11 +210,13 @@ mod tests {
         let text = models_info(&BTreeMap::from([(12, info)]));
         let files = [("m/models_info.json", text.into_bytes()), ("m/obj_000012.ply", ply(&mesh))];
         let files = files.map(|(name, bytes)| (name.to_owned(), bytes.into()));
-        let models = Model::read_all(&MemoryFiles(BTreeMap::from(files)), "m").unwrap();
+        let files = MemoryFiles(BTreeMap::from(files));
+        let models = Model::read_all(&files, "m").unwrap();
         let model = &models[&12];
         assert!((model.diameter - 0.05).abs() < 1e-8);
         assert_eq!(model.mesh.triangles, mesh.triangles);
-        // Evaluations need none, so none are read.
+        // The file holds the normals; evaluations need none, so they read none.
+        assert_eq!(gonio_scene::mesh::read(&files, "m/obj_000012.ply").unwrap().normals, mesh.normals);
         assert_eq!(model.mesh.normals, None);
         for (a, b) in model.mesh.positions.iter().flatten().zip(mesh.positions.iter().flatten()) {
             assert!((a - b).abs() < 1e-8);

@@ -3,8 +3,11 @@
 
 #![allow(clippy::unwrap_used)] // a test fails by panicking
 
+mod markers;
+
 use gonio_calibrate::{Board, Corner, Pose, calibrate, project};
 use gonio_scene::capture::Camera;
+use markers::MARKERS;
 use nalgebra::{Rotation3, Vector3};
 use std::path::PathBuf;
 
@@ -184,25 +187,6 @@ fn a_frontal_board_does_not_determine_a_camera() {
     let error = calibrate(1280, 960, &photos).unwrap_err();
     assert!(error.contains("do not determine"), "{error}");
 }
-
-/// The first markers of OpenCV's DICT_6X6_250, row by row from the highest bit, white is 1.
-const MARKERS: [u64; 15] = [
-    0x1_e3dd_82a6,
-    0x0_efba_3891,
-    0x1_5907_eacd,
-    0xc_91b3_069e,
-    0xd_607d_6e15,
-    0xd_8e8e_0e68,
-    0x4_268b_41f5,
-    0x8_8a50_f29a,
-    0x3_07d5_24fd,
-    0x3_c2f3_4b3c,
-    0x4_5dfc_74e3,
-    0x4_8d85_b257,
-    0x7_1055_8fc6,
-    0x8_6dcf_ad07,
-    0x8_d72a_93f6,
-];
 
 /// A board of 5 x 6 squares of 60 pixels seen from the front, as OpenCV laid it out before 4.6: the first square is white
 /// and has marker 0.

@@ -4,29 +4,13 @@ use crate::exposures::{sky, stack};
 use crate::fixture::{TRUTH, capture, gonio, gray_png, json, refused, scene, succeeds};
 use gonio_scene::capture::{LightKind, Response};
 use gonio_scene::image::write_png8;
+use markers::MARKERS;
 use std::path::Path;
 
+#[path = "../../calibrate/tests/markers/mod.rs"]
+mod markers;
+
 const BOARD: &str = "charuco:5x7:0.04:0.02:6X6_250";
-/// The first 17 markers of OpenCV's DICT_6X6_250, row by row from the highest bit, white is 1.
-const MARKERS: [u64; 17] = [
-    0x1_e3dd_82a6,
-    0x0_efba_3891,
-    0x1_5907_eacd,
-    0xc_91b3_069e,
-    0xd_607d_6e15,
-    0xd_8e8e_0e68,
-    0x4_268b_41f5,
-    0x8_8a50_f29a,
-    0x3_07d5_24fd,
-    0x3_c2f3_4b3c,
-    0x4_5dfc_74e3,
-    0x4_8d85_b257,
-    0x7_1055_8fc6,
-    0x8_6dcf_ad07,
-    0x8_d72a_93f6,
-    0xa_2b89_dcde,
-    0x0_9fd1_e9c4,
-];
 const SIZE: [u32; 2] = [640, 480];
 const FOCAL: f64 = 600.0;
 

@@ -5,52 +5,12 @@
   peer.py fit CAPTURE [--iterations 10]                seconds of one `gonio fit`; seconds per Adam iteration of the peer
 
 Needs: pip install mitsuba numpy OpenEXR, an LLVM library (DRJIT_LIBLLVM_PATH), and `cargo build --release`.
-Captures with `lambert` and `plastic` materials, point lights and PLY meshes; `plastic` without energy compensation.
+Captures of what `mitsuba_scene.py` knows.
 """
-import argparse, json, pathlib, resource, statistics, subprocess, sys, tempfile, time, tomllib
+import argparse, json, pathlib, resource, statistics, subprocess, tempfile, time, tomllib
+from mitsuba_scene import scene
 
 GONIO = pathlib.Path(__file__).resolve().parents[2] / "target/release/gonio"
-
-
-def scene(mi, np, folder, capture, photo):
-    """One photo's scene as a Mitsuba object."""
-    camera = {**capture["camera"], **photo.get("camera", {})}
-    pose = np.array(photo["camera_to_world"], float)
-    rgb = lambda v: {"type": "rgb", "value": [float(x) for x in v]}
-    width, height = camera["width"], camera["height"]
-    out = {
-        "type": "scene",
-        "integrator": {"type": "path", "max_depth": 12, "rr_depth": 6},
-        "sensor": {
-            "type": "perspective", "fov_axis": "x", "near_clip": 0.01, "far_clip": 100.0,
-            "fov": float(np.degrees(2 * np.arctan(width / 2 / camera["fx"]))),
-            "principal_point_offset_x": (width / 2 - camera["cx"]) / width,
-            "principal_point_offset_y": (height / 2 - camera["cy"]) / height,
-            "to_world": mi.ScalarTransform4f(pose @ np.diag([-1.0, -1.0, 1.0, 1.0])),
-            "film": {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}, "pixel_format": "rgb"},
-            "sampler": {"type": "independent"},
-        },
-    }
-    for m in capture["material"]:
-        if m["model"] == "lambert":
-            bsdf = {"type": "diffuse", "reflectance": rgb(m["base_color"])}
-        elif m["model"] == "plastic":
-            bsdf = {"type": "roughplastic", "distribution": "ggx", "nonlinear": True, "alpha": float(m["roughness"]) ** 2,
-                    "int_ior": float(m["ior"]), "diffuse_reflectance": rgb(m["base_color"])}
-        else:
-            sys.exit(f"material.{m['name']}: model {m['model']} has no peer here")
-        out["material_" + m["name"]] = {**bsdf, "id": "material_" + m["name"]}
-    for o in capture["object"]:
-        out["object_" + o["name"]] = {"type": "ply", "filename": str(folder / o["mesh"]),
-                                      "to_world": mi.ScalarTransform4f(np.array(o["object_to_world"], float)),
-                                      "bsdf": {"type": "ref", "id": "material_" + o["material"]}}
-    for l in capture["light"]:
-        if l["kind"] != "point":
-            sys.exit(f"light.{l['name']}: kind {l['kind']} has no peer here")
-        frame = pose if l.get("frame") == "camera" else np.eye(4)
-        out["light_" + l["name"]] = {"type": "point", "position": (frame @ np.append(l["position"], 1))[:3].tolist(),
-                                     "intensity": rgb(l["intensity"])}
-    return mi.load_dict(out)
 
 
 def gonio(*arguments):

@@ -152,6 +152,17 @@ pub struct FitArguments {
     /// Most samples per pixel of any iteration; even. The first iterations take fewer
     #[arg(long, value_name = "MAX", default_value_t = 64, value_parser = samples)]
     pub samples: u32,
+    /// Pixels to compare, of all photos together: a number, or all. Drawn by what lies behind them, so that they stand for all.
+    /// Absent, all of a capture of up to 524288 pixels, and 196608 of a larger one
+    #[arg(long, value_name = "N|all", default_value = "", hide_default_value = true, value_parser = pixels)]
+    pub pixels: Pixels,
+    /// Relative standard error wanted of every freed number, such as 0.002: begins with few pixels and takes as many as that needs,
+    /// unless what photos disagree about allows no better
+    #[arg(long, value_name = "R", conflicts_with_all = ["resume", "pixels"], value_parser = relative)]
+    pub accuracy: Option<f64>,
+    /// Also write residual-NAME.exr for every photo, at full size: photo minus render, in photo values
+    #[arg(long)]
+    pub residuals: bool,
     /// Seed of every random number
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
@@ -296,6 +307,38 @@ fn samples(text: &str) -> Result<u32, String> {
         _ => Err(format!("write an even number from 2 to {most}: each of two halves takes as many")),
     }
 }
+
+fn relative(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(error) if error > 0.0 && error < 1.0 => Ok(error),
+        _ => Err("write a number between 0 and 1: a standard error over the value".to_owned()),
+    }
+}
+
+/// How many pixels a fit compares.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pixels {
+    /// By the size of the capture.
+    AsNeeded,
+    /// All of them.
+    All,
+    /// About so many of all photos together.
+    Some(u64),
+}
+
+fn pixels(text: &str) -> Result<Pixels, String> {
+    match text {
+        "" => Ok(Pixels::AsNeeded),
+        "all" => Ok(Pixels::All),
+        number => match number.parse::<u64>() {
+            Ok(n) if n >= FEWEST_PIXELS => Ok(Pixels::Some(n)),
+            _ => Err(format!("write all, or a number of at least {FEWEST_PIXELS}: fewer say nothing about errors")),
+        },
+    }
+}
+
+/// Fewest pixels that can be asked for: some tens of each stratum of a photo.
+const FEWEST_PIXELS: u64 = 1_000;
 
 fn assignment(text: &str) -> Result<(String, f64), String> {
     let mend = "write NAME=VALUE, such as material.shell.roughness=0.4";

@@ -37,8 +37,8 @@ fn bits(evaluation: &Evaluation) -> Vec<u64> {
     let mut bits = vec![evaluation.primary_samples];
     for s in &evaluation.photos {
         bits.extend([s.photo as u64, s.observations, s.invalid_samples]);
-        let sums = [s.loss_variance, s.chi_square, s.squared_error, s.log_variance, s.peak];
-        bits.extend(s.gram.iter().chain(&sums).map(|v| v.to_bits()));
+        let sums = [s.loss_variance(), s.noise_floor, s.render_noise, s.squared_error, s.log_variance, s.peak];
+        bits.extend(s.gram.iter().chain(&s.noise).chain(&sums).map(|v| v.to_bits()));
     }
     let values = evaluation.films.iter().flat_map(|f| &f.channels).flatten();
     bits.extend(values.map(|v| u64::from(v.to_bits())));
@@ -59,7 +59,7 @@ fn an_embedded_evaluation_answers_what_was_asked() {
             // Column 4 is photo 0's gain; it has no derivative in other photos.
             assert_eq!(s.gram[24] > 0.0, s.photo == 0);
             // The fake's halves agree with the photograph, up to noise that the debiased loss does not contain.
-            assert!(s.gram[0].abs() < 0.2 * s.chi_square, "{} of {}", s.gram[0], s.chi_square);
+            assert!(s.loss().abs() < 0.2 * s.render_noise, "{} of {}", s.loss(), s.render_noise);
         }
         for film in &answer.films {
             assert_eq!((film.width, film.height), (WIDTH, HEIGHT));

@@ -7,7 +7,7 @@
 use anyhow::Context;
 use futures::StreamExt;
 use gonio_coordinator::aggregate::reduction::ReducedPhoto;
-use gonio_coordinator::aggregate::{Recipe, Reduction};
+use gonio_coordinator::aggregate::{Measured, Recipe, Reduction};
 use gonio_coordinator::broker::{Active, Broker, Failure, SILENCE, ToWorker, session};
 use gonio_coordinator::journal::{self, Journal};
 use gonio_coordinator::split::{CHUNK_SAMPLES, PhotoArea, Split};
@@ -85,7 +85,7 @@ fn small_tasks(number: u64, chunks: u32, keeper: Option<(Journal, Key)>) -> Eval
     let first = |i: usize| i.is_multiple_of(32);
     let counts = (0..pixels).map(|i| first(i) && first(i / side as usize)).collect();
     let image = Image { width: side, height: side, pixels: vec![[0.5; 3]; pixels] };
-    let photograph = Arc::new(Photograph { image, counts, clipped: 0 });
+    let photograph = Arc::new(Measured::All(Photograph::new(image, counts, 0)));
     let area = PhotoArea { width: side, height: side, counted: Some(&photograph) };
     let split = Split::new(&[area], 2 * CHUNK_SAMPLES * chunks, Output::Statistics, 0).expect("a split");
     let recipe = Recipe::new(&Plan::default(), &Capture::default(), 0);

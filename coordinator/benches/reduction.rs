@@ -4,6 +4,7 @@
 //! seven columns are a fit of colour, roughness, index and intensity.
 
 use divan::Bencher;
+use gonio_coordinator::aggregate::Measured;
 use gonio_coordinator::aggregate::merge::{ChunkMerge, MergedFilm};
 use gonio_coordinator::aggregate::recipe::{ActiveColumn, Recipe};
 use gonio_coordinator::aggregate::statistics::{Observed, compare};
@@ -65,7 +66,7 @@ fn compare_tile(bencher: Bencher<'_, '_>, columns: usize) {
     merge.add(0, film, 8);
     let film = merge.finish();
     let image = Image { width: 32, height: 32, pixels: vec![[0.5; 3]; 1024] };
-    let photograph = Photograph { image, counts: vec![true; 1024], clipped: 0 };
+    let photograph = Measured::All(Photograph::new(image, vec![true; 1024], 0));
     let column = |channel: usize, column: usize| ActiveColumn {
         column,
         terms: vec![(3 * (1 + column) + channel, 1.0)],

@@ -1,9 +1,10 @@
 //! How an evaluation is cut into tasks: a pure function of the request and its capture, never of who will render it.
 
+use crate::aggregate::Measured;
 use gonio_proto::convert::film::FilmShape;
 use gonio_proto::limits;
-use gonio_scene::film::{FIRST_HIT_CHANNELS, PixelSet, TILE, Tile};
-use gonio_scene::{Output, Photograph};
+use gonio_scene::Output;
+use gonio_scene::film::{FIRST_HIT_CHANNELS, LARGEST_TILE, PixelSet, TILE, Tile};
 use std::ops::Range;
 
 /// Most samples of each half in one task.
@@ -36,7 +37,7 @@ pub struct PhotoArea<'a> {
     /// Pixels.
     pub height: u32,
     /// Given where pixels that do not count need not be rendered.
-    pub counted: Option<&'a Photograph>,
+    pub counted: Option<&'a Measured>,
 }
 
 /// One task of a split.
@@ -94,9 +95,15 @@ impl Split {
         let mut tiles = Vec::new();
         let full = PixelSet::from_flags([true; (TILE * TILE) as usize]);
         for (photo, area) in photos.iter().enumerate() {
+            if let Some(drawn @ Measured::Drawn(_)) = area.counted {
+                for tile in Tile::cover_by(LARGEST_TILE, area.width, area.height) {
+                    part(drawn, photo, tile, &mut tiles);
+                }
+                continue;
+            }
             for tile in Tile::cover(area.width, area.height) {
                 let pixels = match area.counted {
-                    Some(photograph) => counted(photograph, tile),
+                    Some(measured) => measured.pixels(tile),
                     None if tile.len() == (TILE * TILE) as usize => full.clone(),
                     None => PixelSet::from_flags(std::iter::repeat_n(true, tile.len())),
                 };
@@ -177,19 +184,31 @@ impl Split {
     }
 }
 
-fn counted(photograph: &Photograph, tile: Tile) -> PixelSet {
-    let width = photograph.image.width as usize;
-    let row = |y: u32| {
-        let start = y as usize * width + tile.x as usize;
-        photograph.counts[start..start + tile.width as usize].iter().copied()
-    };
-    PixelSet::from_flags((tile.y..tile.y + tile.height).flat_map(row))
+/// Splits a tile of a photo of which few pixels are drawn, until no part has more of them than a tile of [`TILE`] pixels a side may
+/// have: a task for every few pixels would cost more than its paths.
+fn part(drawn: &Measured, photo: usize, tile: Tile, tiles: &mut Vec<TileWork>) {
+    let pixels = drawn.pixels(tile);
+    let count = pixels.count();
+    if count == 0 {
+        return;
+    }
+    if count <= (TILE * TILE) as usize {
+        tiles.push(TileWork { photo, tile, pixels, count });
+        return;
+    }
+    let side = (tile.width.max(tile.height) / 2).next_multiple_of(TILE);
+    for Tile { x, y, width, height } in Tile::cover_by(side, tile.width, tile.height) {
+        part(drawn, photo, Tile { x: tile.x + x, y: tile.y + y, width, height }, tiles);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::aggregate::measured::Drawn;
+    use gonio_scene::design::Rates;
     use gonio_scene::image::Image;
+    use gonio_scene::{Photograph, Values};
 
     fn area(width: u32, height: u32) -> PhotoArea<'static> {
         PhotoArea { width, height, counted: None }
@@ -234,12 +253,39 @@ mod tests {
         let mut counts = vec![false; 64 * 40];
         counts[33 * 64 + 40] = true;
         let image = Image { width: 64, height: 40, pixels: vec![[0.0; 3]; 64 * 40] };
-        let photograph = Photograph { image, counts, clipped: 0 };
-        let area = PhotoArea { width: 64, height: 40, counted: Some(&photograph) };
+        let measured = Measured::All(Photograph::new(image, counts, 0));
+        let area = PhotoArea { width: 64, height: 40, counted: Some(&measured) };
         let split = Split::new(&[area], 2, Output::Statistics, 0).unwrap();
         assert_eq!(split.tiles.len(), 1);
         assert_eq!(split.tiles[0].tile, Tile { x: 32, y: 32, width: 32, height: 8 });
         assert_eq!(split.tiles[0].pixels.indices().collect::<Vec<_>>(), [32 + 8]);
+    }
+
+    #[test]
+    fn few_pixels_make_few_tasks_and_no_task_has_many() {
+        let (width, height) = (1500, 1100);
+        let pixels = vec![[0.0; 3]; (width * height) as usize];
+        let counts = vec![true; pixels.len()];
+        let values = Values { image: Image { width, height, pixels }, counts, clipped: 0 };
+        // A sixteenth of the left half, a thousandth of the right.
+        let rates = Rates { cell: 750, columns: 2, codes: vec![32, 80, 32, 80] };
+        let draw = rates.draw(5, 0);
+        let measured = Measured::Drawn(Drawn::new(&values, draw));
+        let area = PhotoArea { width, height, counted: Some(&measured) };
+        let split = Split::new(&[area], 4, Output::Statistics, 0).unwrap();
+        let mut wanted = Vec::new();
+        for work in &split.tiles {
+            assert!(work.count <= 1024 && work.count == work.pixels.count());
+            let place = |i: usize| (work.tile.y + i as u32 / work.tile.width, work.tile.x + i as u32 % work.tile.width);
+            wanted.extend(work.pixels.indices().map(place));
+        }
+        wanted.sort_unstable();
+        let drawn: Vec<_> = (0..height)
+            .flat_map(|y| (0..width).map(move |x| (y, x)))
+            .filter(|(y, x)| draw.code(*x, *y).is_some())
+            .collect();
+        assert_eq!(wanted, drawn);
+        assert!(split.tiles.len() < 200, "{}", split.tiles.len());
     }
 
     #[test]

@@ -13,6 +13,8 @@ pub const FRAME_BYTES: u32 = 1 << 20;
 pub const BLOB_BYTES: u64 = 1 << 30;
 /// Largest capture manifest, bytes.
 pub const MANIFEST_BYTES: u64 = 16 << 20;
+/// Largest design of observations, bytes: a byte for every cell of every photo.
+pub const DESIGN_BYTES: u64 = 64 << 20;
 /// Most files of a capture.
 pub const FILES: usize = 10_000;
 /// Most blobs asked about in one call.

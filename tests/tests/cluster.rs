@@ -35,7 +35,7 @@ fn bits(evaluation: &Evaluation) -> Vec<u64> {
     let mut bits = vec![evaluation.primary_samples];
     for s in &evaluation.photos {
         bits.extend([s.photo as u64, s.observations, s.invalid_samples]);
-        let sums = [s.loss_variance, s.chi_square, s.squared_error, s.log_variance, s.peak];
+        let sums = [s.noise_floor, s.render_noise, s.squared_error, s.log_variance, s.peak];
         bits.extend(s.gram.iter().chain(&sums).map(|v| v.to_bits()));
     }
     bits.extend(evaluation.films.iter().flat_map(|f| &f.channels).flatten().map(|v| u64::from(v.to_bits())));

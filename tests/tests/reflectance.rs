@@ -122,7 +122,7 @@ fn gram_columns_are_derivatives_of_the_values() {
     let (found, expected) = (2.0 * here.gram[4], (above.gram[0] - below.gram[0]) / 0.004);
     println!("d loss / d roughness: {found}, by difference {expected}");
     assert!((found / expected - 1.0).abs() < 2e-3, "{found} {expected}");
-    assert_eq!((here.observations, here.loss_variance, here.invalid_samples), (3 * 720, 0.0, 0));
+    assert_eq!((here.observations, here.loss_variance(), here.invalid_samples), (3 * 720, 0.0, 0));
 }
 
 #[test]

@@ -208,7 +208,7 @@ impl State {
         let Camera { fx, fy, cx, cy, width, height, .. } = self.camera;
         let sizes = [fx, fy, f64::from(width), f64::from(height)];
         for (k, (name, value)) in [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)].into_iter().enumerate() {
-            if errors[k].is_nan() || errors[k] > LARGEST_ERROR * sizes[k] {
+            if !(errors[k] <= LARGEST_ERROR * sizes[k]) {
                 let error = errors[k];
                 return Err(format!(
                     "the photos do not determine the camera: {name} came out as {value:.1} +- {error:.1} px; tilt the \

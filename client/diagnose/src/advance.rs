@@ -6,12 +6,6 @@ use crate::model::Model;
 use crate::workshop::{Observer, Workshop};
 use crate::{DiagnoseError, Options};
 
-/// A render is noisier than another where this much more of the noise in the weights is its own.
-const NOISIER: f64 = 0.02;
-/// One whose chi-square is within this factor of the least is worth more samples.
-const CONTENDS: f64 = 1.05;
-/// Times the samples that models are compared with, where the render's noise would decide.
-const MORE: u32 = 4;
 /// A gain must exceed so many of its standard errors between photos: one photo alone that gains is one of them, two of six
 /// alike are 1.58. Chance has no part in it, [`crate::select::FLOOR`] sees to that; a mishap of one photo has.
 pub const ERRORS: f64 = 1.45;
@@ -36,9 +30,7 @@ pub struct Advance {
 impl Advance {
     /// From `before` to each model of `there`, all known by equally many samples; `least` is the gain that matters.
     ///
-    /// Where the render of one that comes close is noisier, all are rendered anew by more samples: a deviance charges for the
-    /// render's noise as well, which is no fault of what the model says. And where the fitted photos speak for one but the
-    /// quadratic that predicts the photos left out does not, fits have to tell.
+    /// Where the fitted photos speak for one but the quadratic that predicts the photos left out does not, fits have to tell.
     ///
     /// # Errors
     /// An evaluation or fit that fails, a cancellation.
@@ -51,33 +43,23 @@ impl Advance {
         observer: &mut Observer<'_>,
     ) -> Result<Vec<Self>, DiagnoseError> {
         let options = options.refit();
-        let least_misfit = there.iter().map(|there| there.reduced_chi_square()).fold(f64::INFINITY, f64::min);
-        let contends = |there: &&&Model| there.reduced_chi_square() < CONTENDS * least_misfit;
-        let noisy = |there: &&Model| there.render_share() >= before.render_share() + NOISIER;
-        let noisier = there.iter().filter(contends).any(noisy);
-        let times = if noisier { MORE } else { 1 };
-        let mut known = |model: &Model| match times {
-            1 => Ok(model.clone()),
-            _ => model.by_more_samples(times, &options, workshop, observer),
-        };
-        let mut start = known(before)?;
-        let ends = there.iter().map(|there| known(there)).collect::<Result<Vec<_>, _>>()?;
+        let mut start = before.clone();
         // What is left out would gain more than what is fitted: it was mispredicted before.
-        let beyond = |end| {
+        let beyond = |end: &&Model| {
             let advance = Self::between(&start, end);
             advance.predicted().0 > advance.fall.max(0.0) + LARGE * least
         };
-        if ends.iter().any(beyond)
-            && let Some(left_out) = folds::left_out(before, times, &options, workshop, observer)?
+        if there.iter().any(beyond)
+            && let Some(left_out) = folds::left_out(before, &options, workshop, observer)?
         {
             start.left_out = left_out;
         }
-        let mut advances = Vec::with_capacity(ends.len());
-        for (model, end) in there.iter().zip(&ends) {
-            let mut advance = Self::between(&start, end);
+        let mut advances = Vec::with_capacity(there.len());
+        for model in there {
+            let mut advance = Self::between(&start, model);
             if advance.fall >= LARGE * least
                 && !advance.matters(least)
-                && let Some(left_out) = folds::left_out(model, times, &options, workshop, observer)?
+                && let Some(left_out) = folds::left_out(model, &options, workshop, observer)?
             {
                 advance.there = left_out;
             }

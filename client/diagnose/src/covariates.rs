@@ -78,7 +78,7 @@ pub fn pixels(capture: &Capture, film: &Film, hits: &Film, photograph: &Photogra
         let value = stage.value(exposed, x, y).value;
         let residual = [0, 1, 2].map(|c| {
             let measured = f64::from(photograph.image.pixels[index][c]);
-            (measured - value[c]) / capture.sensor.variance(value[c]).sqrt()
+            (measured - value[c]) / capture.sensor.variance(f64::from(photograph.surroundings[index][c])).sqrt()
         });
         let mut covariates = [f64::NAN; COVARIATES.len()];
         let (dx, dy) = (x as f64 + 0.5 - camera.cx, y as f64 + 0.5 - camera.cy);

@@ -5,9 +5,8 @@ use crate::quadratic::Quadratic;
 use gonio_scene::PhotoStatistics;
 use nalgebra::DVector;
 
-/// Each photo's deviance, twice its negative log predictive density less a constant, under the model fitted to the other
-/// photos: chi-square plus the logarithms of the variances that it was weighed by. Chi-square alone would reward a model
-/// for a noisier render, whose variance excuses every misfit. `parameters` is how many columns the statistics
+/// Each photo's deviance, twice its negative log predictive density less what is the same for every model, under the model
+/// fitted to the other photos: its loss ([`gonio_scene::statistics`]). `parameters` is how many columns the statistics
 /// have; `of_photo` tells whether a column belongs to this photo alone, and so is fitted to it all the same.
 #[must_use]
 pub fn left_out(photos: &[PhotoStatistics], parameters: usize, of_photo: &dyn Fn(usize, usize) -> bool) -> Vec<f64> {
@@ -15,8 +14,11 @@ pub fn left_out(photos: &[PhotoStatistics], parameters: usize, of_photo: &dyn Fn
     let each: Vec<Quadratic> = photos.iter().map(|p| Quadratic::new(p, &columns)).collect();
     let Some(total) = Quadratic::sum(&each) else { return Vec::new() };
     let step = |out: usize| -> DVector<f64> {
-        let mut rest =
-            Quadratic { gradient: &total.gradient - &each[out].gradient, matrix: &total.matrix - &each[out].matrix };
+        let mut rest = Quadratic {
+            gradient: &total.gradient - &each[out].gradient,
+            matrix: &total.matrix - &each[out].matrix,
+            noise: &total.noise - &each[out].noise,
+        };
         for i in (0..parameters).filter(|i| of_photo(*i, out)) {
             // Only this photo knows it: its own row comes back, with the others where the rest puts them.
             rest.gradient[i] += each[out].gradient[i];
@@ -29,7 +31,7 @@ pub fn left_out(photos: &[PhotoStatistics], parameters: usize, of_photo: &dyn Fn
         }
         rest.reminded_of(&total).solve()
     };
-    photos.iter().enumerate().map(|(out, p)| p.chi_square + p.log_variance + each[out].change(&step(out))).collect()
+    photos.iter().enumerate().map(|(out, p)| p.loss() + each[out].change(&step(out))).collect()
 }
 
 /// The sum of per-photo gains per observation, and its standard error from the photos' scatter.

@@ -120,7 +120,7 @@ fn conclude(
 ) -> Result<Diagnosis, DiagnoseError> {
     let (base, model) = (&selection.base, &selection.model);
     let mut candidates: Vec<Considered> = selection.trials.iter().map(|t| considered(t, base, options)).collect();
-    let excess = |chi: f64| (chi - base.dispersion().min(1.0)).max(0.0);
+    let excess = |chi: f64| (chi - 1.0).max(0.0);
     let (before, after) = judgement.map_or((base.fit.fit.reduced_chi_square, model.fit.fit.reduced_chi_square), |j| {
         (j.before.reduced_chi_square, j.after.reduced_chi_square)
     });

@@ -60,7 +60,7 @@ fn supported(
     let space = Space::new(&capture, &[])?;
     let columns = space.columns(space.start());
     let mut farm = workshop.open(&capture, &coarse.files)?;
-    let found = statistics(&capture, &all(&capture), true, 1, options, farm.as_mut(), observer)?;
+    let found = statistics(&capture, &all(&capture), true, options, farm.as_mut(), observer)?;
     let deviance = |further| coarse.left_out_with(&found, further).iter().sum::<f64>();
     let own = columns.len() - variant.finer.iter().map(Vec::len).sum::<usize>();
     let (mut further, mut best, mut groups, mut fitted) = (0, deviance(0), 0, own);

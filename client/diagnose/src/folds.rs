@@ -11,14 +11,13 @@ const FOLDS: usize = 3;
 /// Iterations of such a fit, which starts where the fit to all has ended.
 const ITERATIONS: u32 = 4;
 
-/// Each photo's deviance under `model` fitted to the photos of other folds, by `times` the samples of `options`; none where
+/// Each photo's deviance under `model` fitted to the photos of other folds; none where
 /// a number of a photo is freed, which no other photo predicts, or where there are too few photos.
 ///
 /// # Errors
 /// A fit that fails, a cancellation.
 pub fn left_out(
     model: &Model,
-    times: u32,
     options: &Options,
     workshop: &dyn Workshop,
     observer: &mut Observer<'_>,
@@ -41,9 +40,9 @@ pub fn left_out(
         let whole = fitted.fit.apply(&model.capture)?;
         let mut farm = workshop.open(&whole, &model.files)?;
         let out: Vec<usize> = (0..photos).filter(|photo| of_fold(*photo)).collect();
-        let found = statistics(&whole, &out, false, times, &options, farm.as_mut(), observer)?;
+        let found = statistics(&whole, &out, false, &options, farm.as_mut(), observer)?;
         for (photo, p) in out.iter().zip(&found) {
-            deviances[*photo] = p.chi_square + p.log_variance;
+            deviances[*photo] = p.loss();
         }
     }
     Ok(Some(deviances))

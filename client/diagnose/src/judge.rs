@@ -73,7 +73,7 @@ pub fn judge(
         sum
     };
     let (sum_before, sum_after) = (total(&before), total(&after));
-    let density = |p: &PhotoStatistics| -0.5 * (p.log_variance + p.chi_square);
+    let density = |p: &PhotoStatistics| -0.5 * (p.log_variance + p.loss());
     let gains: Vec<f64> = before.iter().zip(&after).map(|(b, a)| density(a) - density(b)).collect();
     let (log_density_gain, standard_error) = per_observation(&gains, sum_before.observations);
     Ok(Some(Judgement {

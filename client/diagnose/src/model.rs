@@ -4,6 +4,7 @@ use crate::cross;
 use crate::effects::{Effect, Variant};
 use crate::measured;
 use crate::overlay::AddedFile;
+use crate::quadratic::Quadratic;
 use crate::workshop::{Observer, Workshop, evaluate};
 use crate::{DiagnoseError, DiagnoseEvent};
 use gonio_fit::{Evaluate, FitError, FitResult, Options, Space};
@@ -52,32 +53,10 @@ impl Model {
         let capture = fit.apply(capture)?;
         if fit.samples < options.max_samples {
             // Chi-squares compare only between equal samples, and a fit may end with fewer.
-            fit.photos = statistics(&capture, &all(&capture), true, 1, options, farm.as_mut(), observer)?;
+            fit.photos = statistics(&capture, &all(&capture), true, options, farm.as_mut(), observer)?;
         }
         let left_out = left_out(&capture, &fit, &fit.photos, 0);
         Ok(Self { capture, files, parts, fit, left_out })
-    }
-
-    /// The same, by `times` the samples that models are compared with.
-    ///
-    /// # Errors
-    /// An evaluation that fails or is cancelled.
-    pub fn by_more_samples(
-        &self,
-        times: u32,
-        options: &Options,
-        workshop: &dyn Workshop,
-        observer: &mut Observer<'_>,
-    ) -> Result<Self, DiagnoseError> {
-        let mut farm = workshop.open(&self.capture, &self.files)?;
-        let photos = statistics(&self.capture, &all(&self.capture), true, times, options, farm.as_mut(), observer)?;
-        Ok(self.with_statistics(photos))
-    }
-
-    /// The render's share of the noise that photos are weighed by.
-    #[must_use]
-    pub fn render_share(&self) -> f64 {
-        gonio_fit::Normal::new(&self.fit.photos, &[]).render_share()
     }
 
     /// Pixels times channels of the fitted photos.
@@ -92,24 +71,26 @@ impl Model {
         self.fit.photos.iter().map(|p| p.peak).fold(0.0, f64::max)
     }
 
-    /// Chi-square per degree of freedom that noise alone would give: above 1 as far as the render's noise, which a pixel's
-    /// channels share, adds to the sensor's.
+    /// What a score that is due to noise alone comes to per degree of freedom: 1 for the photos' noise, more by what the render's
+    /// adds to the gradient.
     #[must_use]
     pub fn dispersion(&self) -> f64 {
-        1.0 + 2.0 * self.render_share()
+        let columns: Vec<(usize, f64)> = (0..self.fit.parameters.len()).map(|i| (i, 1.0)).collect();
+        Quadratic::sum(&self.fit.photos.iter().map(|p| Quadratic::new(p, &columns)).collect::<Vec<_>>())
+            .map_or(1.0, |total| total.dispersion())
     }
 
-    /// Chi-square per observation of the fitted photos, at the samples that models are compared with.
+    /// Reduced chi-square of the fitted photos, at the samples that models are compared with.
     #[must_use]
     pub fn reduced_chi_square(&self) -> f64 {
-        self.fit.photos.iter().map(|p| p.chi_square).sum::<f64>() / (self.observations() as f64).max(1.0)
+        gonio_fit::Normal::new(&self.fit.photos, &[]).total.reduced_chi_square()
     }
 
     /// Deviance per observation of the fitted photos, see [`crate::cross`].
     #[must_use]
     pub fn deviance(&self) -> f64 {
-        let each = self.fit.photos.iter().map(|p| p.chi_square + p.log_variance);
-        each.sum::<f64>() / (self.observations() as f64).max(1.0)
+        let loss: f64 = self.fit.photos.iter().map(PhotoStatistics::loss).sum();
+        loss / (self.observations() as f64).max(1.0)
     }
 
     /// Decrease of left-out deviance per observation from `before`, and its standard error.
@@ -140,13 +121,12 @@ pub(crate) fn all(capture: &Capture) -> Vec<usize> {
     (0..capture.targets().count()).collect()
 }
 
-/// Statistics of some of a capture's photos at its own values, by `times` the samples that models are compared with; with the
+/// Statistics of some of a capture's photos at its own values, by the samples that models are compared with; with the
 /// derivatives of its free parameters if these are `wanted`.
 pub(crate) fn statistics(
     capture: &Capture,
     photos: &[usize],
     wanted: bool,
-    times: u32,
     options: &Options,
     farm: &mut dyn Evaluate,
     observer: &mut Observer<'_>,
@@ -156,9 +136,9 @@ pub(crate) fn statistics(
         numbers: space.numbers(space.start()),
         columns: if wanted { space.columns(space.start()) } else { Vec::new() },
         photos: photos.to_vec(),
-        samples: times * options.max_samples,
-        difference_samples: times * options.difference_samples,
-        forward_samples: times * options.forward_samples,
+        samples: options.max_samples,
+        difference_samples: options.difference_samples,
+        forward_samples: options.forward_samples,
         seed: options.seed,
         output: Output::Statistics,
     };
@@ -198,7 +178,7 @@ fn left_out(capture: &Capture, fit: &FitResult, photos: &[PhotoStatistics], furt
         // At a fit's optimum none is predicted better by the others than where it was fitted along; what says so is noise in
         // the derivatives of few samples, whose products are no squares.
         for (deviance, p) in deviances.iter_mut().zip(photos) {
-            *deviance = deviance.max(p.chi_square + p.log_variance);
+            *deviance = deviance.max(p.loss());
         }
     }
     deviances

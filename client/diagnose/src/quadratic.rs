@@ -17,6 +17,8 @@ pub struct Quadratic {
     pub gradient: DVector<f64>,
     /// J'WJ.
     pub matrix: DMatrix<f64>,
+    /// Covariance of `gradient` that is due to the render's noise.
+    pub noise: DMatrix<f64>,
 }
 
 impl Quadratic {
@@ -29,7 +31,10 @@ impl Quadratic {
         let gradient = DVector::from_fn(n, |i, _| columns[i].1 * at(1 + columns[i].0, 0));
         let matrix =
             DMatrix::from_fn(n, n, |i, j| columns[i].1 * columns[j].1 * at(1 + columns[i].0, 1 + columns[j].0));
-        Self { gradient, matrix }
+        let moved = |i: usize, j: usize| photo.noise.get(i * side + j).copied().unwrap_or(0.0);
+        let noise =
+            DMatrix::from_fn(n, n, |i, j| columns[i].1 * columns[j].1 * moved(1 + columns[i].0, 1 + columns[j].0));
+        Self { gradient, matrix, noise }
     }
 
     /// The sum of several.
@@ -37,7 +42,11 @@ impl Quadratic {
     pub fn sum<'a>(all: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
         let mut all = all.into_iter();
         let first = all.next()?.clone();
-        Some(all.fold(first, |sum, q| Self { gradient: sum.gradient + &q.gradient, matrix: sum.matrix + &q.matrix }))
+        Some(all.fold(first, |sum, q| Self {
+            gradient: sum.gradient + &q.gradient,
+            matrix: sum.matrix + &q.matrix,
+            noise: sum.noise + &q.noise,
+        }))
     }
 
     /// This sum over photos where it also knows [`KEPT`] of what all of them know: one photo may be the only one that
@@ -66,7 +75,10 @@ impl Quadratic {
         let through = &cross * inverse;
         let gradient = self.gradient.rows(own, n) - &through * self.gradient.rows(0, own);
         let matrix = self.matrix.view((own, own), (n, n)) - &through * cross.transpose();
-        Self { gradient, matrix }
+        let beside = &through * self.noise.view((0, own), (own, n));
+        let noise = self.noise.view((own, own), (n, n)) - &beside - beside.transpose()
+            + &through * self.noise.view((0, 0), (own, own)) * through.transpose();
+        Self { gradient, matrix, noise }
     }
 
     /// The move to the minimum: -(J'WJ)^-1 J'We in the determined directions, none in the others; and their number.
@@ -102,6 +114,15 @@ impl Quadratic {
         self.minimum(&self.matrix.diagonal()).0
     }
 
+    /// What g'H^-1 g comes to per degree of freedom where only noise moves the gradient g: 1 for the photos' own, whose covariance
+    /// is H, and the mean of H^-1 N for the render's.
+    #[must_use]
+    pub fn dispersion(&self) -> f64 {
+        let n = self.gradient.len();
+        let inverse = pseudo_inverse(&self.matrix, DETERMINED);
+        1.0 + (inverse * &self.noise).trace().max(0.0) / (n as f64).max(1.0)
+    }
+
     /// The columns in `keep`.
     #[must_use]
     pub fn select(&self, keep: &[usize]) -> Self {
@@ -109,6 +130,7 @@ impl Quadratic {
         Self {
             gradient: DVector::from_fn(n, |i, _| self.gradient[keep[i]]),
             matrix: DMatrix::from_fn(n, n, |i, j| self.matrix[(keep[i], keep[j])]),
+            noise: DMatrix::from_fn(n, n, |i, j| self.noise[(keep[i], keep[j])]),
         }
     }
 }

@@ -41,8 +41,8 @@ impl Ranking {
         if there.reduced_chi_square() - NOISE < self.least {
             return Vec::new();
         }
-        let (found, dispersion) = (self.candidate(score), there.dispersion());
-        let beside = scores(&self.probe, &self.before.fit.photos, dispersion, Some(found));
+        let found = self.candidate(score);
+        let beside = scores(&self.probe, &self.before.fit.photos, 1.0, Some(found));
         let promising = beside.iter().filter(|s| s.promise > WORTH * self.least).map(|s| self.candidate(s).effect);
         let mut left: Vec<&'static Effect> = Vec::new();
         for effect in promising {
@@ -105,7 +105,7 @@ pub fn rank(
         ..EvaluationRequest::default()
     };
     let found = evaluate(farm.as_mut(), &request, observer)?;
-    let mut all = scores(&probe, &found.photos, model.dispersion(), None);
+    let mut all = scores(&probe, &found.photos, 1.0, None);
     all.sort_by(|a, b| b.promise.total_cmp(&a.promise));
     let mut seen = BTreeSet::new();
     all.retain(|score| seen.insert(probe.candidates[score.candidate].effect.name));

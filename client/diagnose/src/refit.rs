@@ -51,15 +51,15 @@ pub fn refit(
     // A place that was searched stays until the model is known to be the one to keep: each of its numbers costs a fit two
     // renders an iteration.
     capture.fit.parameters.retain(|name| !variant.searched().contains(name.as_str()));
-    let before = chi_square(model);
+    let before = loss(model);
     let mut found: Option<Model> = None;
     for round in 0..ROUNDS {
         let aim = Aim { round, worthwhile: PART * least, seed: options.seed };
         search(&mut capture, variant, aim, &files, workshop, observer)?;
         let fitted = Model::fit(&capture, files.clone(), parts.clone(), options, workshop, observer)?;
         capture = fitted.capture.clone();
-        let last = found.as_ref().map_or(before, chi_square);
-        let here = chi_square(&fitted);
+        let last = found.as_ref().map_or(before, loss);
+        let here = loss(&fitted);
         if here < last {
             found = Some(fitted);
         }
@@ -70,9 +70,9 @@ pub fn refit(
     Ok(found)
 }
 
-/// Chi-square of the fitted photos.
-fn chi_square(model: &Model) -> f64 {
-    model.fit.photos.iter().map(|p| p.chi_square).sum()
+/// Loss of the fitted photos.
+fn loss(model: &Model) -> f64 {
+    model.fit.photos.iter().map(gonio_scene::PhotoStatistics::loss).sum()
 }
 
 /// The capture with a variant present, its numbers `change` from their nulls, and freed.

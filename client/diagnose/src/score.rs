@@ -44,7 +44,8 @@ pub struct Score {
 
 /// Scores every candidate of a probe from the per-photo statistics of its evaluation.
 ///
-/// `dispersion` is what chi-square per degree of freedom would be without any effect. What `beside` explains, one of the
+/// `dispersion` is what a score comes to per degree of freedom without any effect, the render's noise aside: 1 for independent
+/// observations. What `beside` explains, one of the
 /// probe's candidates, is taken for explained.
 #[must_use]
 pub fn scores(probe: &Probe, photos: &[PhotoStatistics], dispersion: f64, beside: Option<&Candidate>) -> Vec<Score> {
@@ -75,6 +76,7 @@ fn score(
     let total = Quadratic::sum(&each)?;
     let (raw, freedom) = constrained(&total, own, candidate);
     let projected = total.projected(own);
+    let dispersion = dispersion * projected.dispersion();
     let score = (-projected.change(&raw)).max(0.0) / dispersion;
     let gains: Vec<f64> = (0..each.len()).map(|out| left_out(&each, &total, out, own, candidate)).collect();
     let (cross_gain, cross_error) = per_observation(&gains, observations);
@@ -141,7 +143,7 @@ fn left_out(each: &[Quadratic], total: &Quadratic, out: usize, own: usize, candi
     let extra = constrained(known, own, candidate).0;
     // The model's own parameters move along with the candidate's.
     let coupled = rest.matrix.view((0, own), (own, extra.len())) * &extra + rest.gradient.rows(0, own);
-    let joint = Quadratic { gradient: coupled, matrix: rest.select(&own_columns).matrix }.solve();
+    let joint = Quadratic { gradient: coupled, ..rest.select(&own_columns) }.solve();
     let step = DVector::from_fn(own + extra.len(), |i, _| if i < own { joint[i] } else { extra[i - own] });
     before - photo.change(&step)
 }

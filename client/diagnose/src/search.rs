@@ -191,7 +191,7 @@ impl<'a> Search<'a> {
         let observations = found.photos.iter().map(|p| p.observations).sum::<u64>().max(1) as f64;
         let mut look = Look {
             place,
-            deviance: found.photos.iter().map(|p| p.chi_square + p.log_variance).sum::<f64>() / observations,
+            deviance: found.photos.iter().map(gonio_scene::PhotoStatistics::loss).sum::<f64>() / observations,
             colours: Vec::new(),
             moves: Vec::new(),
         };

@@ -196,9 +196,14 @@ mod photos {
     struct Fields {
         photo: usize,
         observations: u64,
+        #[serde(default)]
+        compared: u64,
         gram: Vec<f64>,
-        loss_variance: f64,
-        chi_square: f64,
+        noise: Vec<f64>,
+        #[serde(default)]
+        draw: Vec<f64>,
+        noise_floor: f64,
+        render_noise: f64,
         squared_error: f64,
         log_variance: f64,
         peak: f64,

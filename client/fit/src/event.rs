@@ -62,8 +62,7 @@ pub struct Iteration {
     pub iteration: u32,
     /// Samples per pixel.
     pub samples: u32,
-    /// Mean over the observations of (render - photo)^2 / (sensor variance + render variance) where the fit stands
-    /// now: 1 for a right model, whatever the samples.
+    /// Reduced chi-square where the fit stands now ([`gonio_scene::statistics`]): 1 for a right model, whatever the samples.
     pub loss: f64,
     /// Standard error of `loss` that is due to the render's noise.
     pub standard_error: f64,

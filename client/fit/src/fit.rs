@@ -27,6 +27,7 @@ pub fn fit<'a>(
 ) -> Result<FitResult, FitError> {
     let begin = Instant::now();
     options.check()?;
+    let options = &options.for_capture(capture);
     let space = Space::new(capture, &options.start)?;
     let of_role = |role| -> Vec<usize> {
         capture.targets().enumerate().filter(|(_, t)| t.role() == role).map(|(i, _)| i).collect()
@@ -114,8 +115,8 @@ fn conclude(
         result.warnings.insert(0, format!("not converged: {why} before the step left was below the tolerance"));
     }
     if let Some(entry) = objective.known(&outcome.evaluated) {
-        let normal = Normal::new(&entry.photos, &vec![1.0; objective.space.len()]);
-        result.warnings.extend(warnings::about_scores(&normal, &result.fit, result.held_out.as_ref()));
+        let uncertainty = Uncertainty::new(&entry.photos, &vec![1.0; objective.space.len()]);
+        result.warnings.extend(warnings::about_scores(&uncertainty, &result.fit, result.held_out.as_ref()));
     }
     Ok(result)
 }
@@ -143,7 +144,7 @@ fn summarise(
     let space = objective.space;
     let entry = objective.known(evaluated).ok_or(FitError::Cancelled)?;
     let values = space.values(u);
-    let uncertainty = entry.columns.then(|| Uncertainty::new(&entry.photos, space.len()));
+    let uncertainty = entry.columns.then(|| Uncertainty::new(&entry.photos, &vec![1.0; space.len()]));
     let finite = |list: Option<&Vec<f64>>, i: usize| list.and_then(|l| l.get(i)).copied().filter(|e| e.is_finite());
     let parameters = space
         .names()

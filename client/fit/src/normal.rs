@@ -14,6 +14,10 @@ pub struct Normal {
     pub matrix: DMatrix<f64>,
     /// J'Wr in the same coordinates; half the gradient of the loss.
     pub gradient: DVector<f64>,
+    /// Covariance of `gradient` that is due to the render's noise.
+    pub noise: DMatrix<f64>,
+    /// What drawing pixels adds to the covariance of `gradient`, under the right model.
+    pub draw: DMatrix<f64>,
     /// The photos' sums; its Gram matrix stays in physical units.
     pub total: PhotoStatistics,
 }
@@ -29,13 +33,17 @@ impl Normal {
         }
         let n = slopes.len();
         let gram = |i: usize, j: usize| total.gram.get(i * (n + 1) + j).copied().unwrap_or(0.0);
+        let moved = |i: usize, j: usize| total.noise.get(i * (n + 1) + j).copied().unwrap_or(0.0);
         let slope = DVector::from_column_slice(slopes);
         let matrix = DMatrix::from_fn(n, n, |i, j| {
             // Products of different halves are symmetric only in expectation.
             0.5 * (gram(i + 1, j + 1) + gram(j + 1, i + 1)) * slope[i] * slope[j]
         });
         let gradient = DVector::from_fn(n, |i, _| 0.5 * (gram(i + 1, 0) + gram(0, i + 1)) * slope[i]);
-        Self { matrix, gradient, total }
+        let noise = DMatrix::from_fn(n, n, |i, j| moved(i + 1, j + 1) * slope[i] * slope[j]);
+        let drawn = |i: usize, j: usize| total.draw.get(i * (n + 1) + j).copied().unwrap_or(0.0);
+        let draw = DMatrix::from_fn(n, n, |i, j| drawn(i + 1, j + 1) * slope[i] * slope[j]);
+        Self { matrix, gradient, noise, draw, total }
     }
 
     /// Observations as a float.
@@ -44,26 +52,11 @@ impl Normal {
         count(self.total.observations)
     }
 
-    /// Chi-square per observation, at least 1: by how much the squared errors of a model that does not fit exceed
-    /// what the noise explains.
+    /// Reduced chi-square, at least 1: by how much the squared errors of a model that does not fit exceed what the photos'
+    /// noise explains.
     #[must_use]
     pub fn misfit(&self) -> f64 {
-        (self.total.chi_square / self.observations().max(1.0)).max(1.0)
-    }
-
-    /// Debiased loss per observation: at most 1 in expectation for a right model, because the weights hold the render's
-    /// variance too, and larger by what the model does not explain. Unlike chi-square it keeps that bound where the
-    /// render's variance is underestimated, as it is for a few samples of an edge.
-    #[must_use]
-    pub fn debiased_loss(&self) -> f64 {
-        self.total.gram.first().copied().unwrap_or(0.0) / self.observations().max(1.0)
-    }
-
-    /// The render's share of the noise in the weights, 0 to 1: the difference between the plain and the debiased loss
-    /// is the sum over the observations of render variance / (sensor variance + render variance).
-    #[must_use]
-    pub fn render_share(&self) -> f64 {
-        (self.total.chi_square / self.observations().max(1.0) - self.debiased_loss()).clamp(0.0, 1.0)
+        self.total.reduced_chi_square().max(1.0)
     }
 
     /// The equations restricted to the parameters for which `keep` is set; the others stay where they are.
@@ -74,6 +67,10 @@ impl Normal {
             copy.matrix.row_mut(i).fill(0.0);
             copy.matrix.column_mut(i).fill(0.0);
             copy.gradient[i] = 0.0;
+            copy.noise.row_mut(i).fill(0.0);
+            copy.noise.column_mut(i).fill(0.0);
+            copy.draw.row_mut(i).fill(0.0);
+            copy.draw.column_mut(i).fill(0.0);
         }
         copy
     }
@@ -167,7 +164,7 @@ mod tests {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         let gram: Vec<f64> = all.iter().flat_map(|a| all.iter().map(|b| dot(a, b))).collect();
         let observations = residuals.len() as u64;
-        PhotoStatistics { observations, chi_square: gram[0], gram, ..PhotoStatistics::default() }
+        PhotoStatistics { observations, noise_floor: residuals.len() as f64, gram, ..PhotoStatistics::default() }
     }
 
     #[test]
@@ -207,12 +204,5 @@ mod tests {
         let spectrum = Normal::new(&[photo], &[1.0, 1.0]).spectrum();
         assert!(spectrum.values.iter().any(|v| *v < 0.0));
         assert!(spectrum.decrement() > 0.0 && spectrum.step(0.0).amax() < 100.0);
-    }
-
-    #[test]
-    fn the_renders_share_is_what_debiasing_took_away() {
-        let mut photo = exact(&[1.0; 10], &[]);
-        photo.gram[0] = 7.0;
-        assert!((Normal::new(&[photo], &[]).render_share() - 0.3).abs() < 1e-12);
     }
 }

@@ -1,12 +1,10 @@
-//! What the solvers minimise: chi-square of the fitted photos, as a function of the coordinates.
+//! What the solvers minimise: the loss of the fitted photos ([`gonio_scene::statistics`]), as a function of the coordinates.
 //!
-//! Chi-square weighs with sensor plus render variance, so its excess over the number of observations equals the
-//! debiased loss minus the part of it that the photographs' noise explains. It is comparable between parameters and
-//! between sample counts; the debiased loss alone is not, because its floor falls as the render's noise grows.
+//! Its weights are fixed by the photos and the render's noise adds nothing to it in expectation, so it is comparable between
+//! parameters and between sample counts.
 
 use crate::checkpoint::{Entry, Journal};
 use crate::event::Iteration;
-use crate::normal::count;
 use crate::uncertainty::Uncertainty;
 use crate::{Evaluate, EvaluateError, FitError, FitEvent, Normal, Options, Space};
 use argmin::core::{CostFunction, Error, Gradient};
@@ -132,6 +130,11 @@ impl<'a> Objective<'a> {
         Ok(normal.restricted(&self.space.movable(u, normal.gradient.as_slice())))
     }
 
+    /// How sure the coordinates at `u` are.
+    pub fn uncertainty(&self, u: &[f64], samples: u32) -> Result<Uncertainty, Stopped> {
+        Ok(Uncertainty::new(&self.statistics(u, samples, true)?, &self.space.slopes(u)))
+    }
+
     /// Scores photos that no iteration has seen, at the very end.
     pub fn score(&self, u: &[f64], samples: u32, photos: Vec<usize>) -> Result<(PhotoStatistics, u64), Stopped> {
         let mut inner = self.inner.borrow_mut();
@@ -170,12 +173,11 @@ impl<'a> Objective<'a> {
             .position
             .as_ref()
             .map_or(0.0, |(before, _)| before.iter().zip(u).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
-        let observations = normal.observations().max(1.0);
         let iteration = Iteration {
             iteration: u32::try_from(inner.iterations.len()).unwrap_or(u32::MAX).saturating_add(1),
             samples,
-            loss: normal.total.chi_square / observations,
-            standard_error: normal.total.loss_variance.max(0.0).sqrt() / observations,
+            loss: normal.total.reduced_chi_square(),
+            standard_error: normal.total.chi_square_error(),
             step,
             accepted: step > 0.0,
             parameters: self.space.values(u),
@@ -239,7 +241,9 @@ impl<'a> Objective<'a> {
     fn check(&self, request: &EvaluationRequest, photos: &[PhotoStatistics], values: &[f64]) -> Result<(), FitError> {
         let side = request.columns.len() + 1;
         let answers = photos.len() == request.photos.len()
-            && photos.iter().zip(&request.photos).all(|(p, asked)| p.photo == *asked && p.gram.len() == side * side);
+            && photos.iter().zip(&request.photos).all(|(p, asked)| {
+                p.photo == *asked && [&p.gram, &p.noise].iter().all(|sums| sums.len() == side * side)
+            });
         if !answers {
             let got: Vec<String> = photos.iter().map(|p| format!("{} ({} sums)", p.photo, p.gram.len())).collect();
             let got = format!("for photos [{}]", got.join(", "));
@@ -250,9 +254,9 @@ impl<'a> Objective<'a> {
         }
         for p in photos {
             let gram = p.gram.iter().copied().find(|g| !g.is_finite());
-            let sums =
-                [("chi-square", p.chi_square), ("squared error", p.squared_error), ("loss variance", p.loss_variance)];
-            let bad = sums.into_iter().find(|s| !s.1.is_finite()).or(gram.map(|g| ("Gram matrix", g)));
+            let sums = [("noise floor", p.noise_floor), ("squared error", p.squared_error)];
+            let noise = p.noise.iter().copied().find(|n| !n.is_finite()).map(|n| ("render noise", n));
+            let bad = sums.into_iter().find(|s| !s.1.is_finite()).or(gram.map(|g| ("Gram matrix", g))).or(noise);
             if let Some((name, value)) = bad {
                 let photo = self.capture.target(p.photo).map_or("?", Target::name).to_owned();
                 let parameters = self.space.describe(values);
@@ -288,7 +292,7 @@ impl Inner<'_> {
     /// How sure the values of an iteration are, where derivatives were evaluated there.
     fn standard_errors(&self, i: &Iteration) -> Option<FitEvent> {
         let known = self.journal.find(&i.parameters, i.samples, true)?;
-        let errors = Uncertainty::new(&known.photos, i.parameters.len()).standard_errors;
+        let errors = Uncertainty::new(&known.photos, &vec![1.0; i.parameters.len()]).standard_errors;
         let standard_errors = errors.into_iter().map(|error| error.is_finite().then_some(error)).collect();
         Some(FitEvent::StandardErrors { iteration: i.iteration, standard_errors })
     }
@@ -303,10 +307,10 @@ impl CostFunction for &Objective<'_> {
     type Param = Vec<f64>;
     type Output = f64;
 
-    /// Half of chi-square's excess over its expectation.
+    /// Half of the loss' excess over its expectation.
     fn cost(&self, parameters: &Self::Param) -> Result<f64, Error> {
         let photos = self.statistics(&self.coordinates(parameters), self.samples.get(), false)?;
-        Ok(photos.iter().map(|p| 0.5 * (p.chi_square - count(p.observations))).sum())
+        Ok(photos.iter().map(|p| 0.5 * (p.loss() - p.noise_floor)).sum())
     }
 }
 
@@ -314,7 +318,7 @@ impl Gradient for &Objective<'_> {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
 
-    /// J'Wr: the gradient of half of chi-square under frozen weights, without the bias of the render's noise.
+    /// J'Wr: the gradient of half of the loss.
     fn gradient(&self, parameters: &Self::Param) -> Result<Vec<f64>, Error> {
         let normal = self.normal(&self.coordinates(parameters), self.samples.get())?;
         Ok(normal.gradient.iter().zip(self.metric.borrow().iter()).map(|(g, m)| g * m).collect())

@@ -1,6 +1,7 @@
 //! How a fit is to be done.
 
 use crate::{Checkpoint, FitError};
+use gonio_scene::{Capture, SensorStage};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -117,11 +118,25 @@ impl Default for Options {
     }
 }
 
+/// Least samples per pixel where the response is curved. Nine sRGB photographs of a black and white board, whose edges are what is
+/// noisiest, have a reduced chi-square of 4.98 by 4 samples, 2.18 by 16 and 2.04 by 64 at one model.
+const CURVED_SAMPLES: u32 = 16;
+
 impl Options {
     /// Iterations in all.
     #[must_use]
     pub fn iterations(&self) -> u32 {
         self.max_iterations.unwrap_or_else(|| self.solver.usual_iterations())
+    }
+
+    /// These options, with enough samples from the first iteration on for what a capture's photos are compared by: the loss is
+    /// free of the render's noise where values are linear in light, and to second order in the noise where they are not
+    /// ([`CURVED_SAMPLES`]).
+    #[must_use]
+    pub(crate) fn for_capture(&self, capture: &Capture) -> Self {
+        let curved = (0..capture.photos.len()).any(|photo| SensorStage::of(capture, photo).is_curved());
+        let least = if curved { CURVED_SAMPLES.min(self.max_samples) } else { 2 };
+        Self { min_samples: self.min_samples.max(least), ..self.clone() }
     }
 
     /// Refuses what no fit can be done with.

@@ -67,14 +67,18 @@ pub struct Estimate {
 pub struct Score {
     /// Masked, unclipped pixels, three channels each.
     pub observations: u64,
-    /// 1 for a right model: squared residuals over sensor plus render variance, per degree of freedom.
+    /// 1 for a right model: the loss, which the render's noise does not move, over what the photos' noise alone would make
+    /// of it, per degree of freedom. See [`gonio_scene::statistics`].
     pub reduced_chi_square: f64,
-    /// Root of the mean squared residual, in photo values.
+    /// Standard error of `reduced_chi_square` that is due to the render's noise.
+    #[serde(default)]
+    pub chi_square_error: f64,
+    /// Root of the mean squared residual, in photo values, without the render's noise.
     pub rmse: f64,
     /// 10 log10(peak^2 / mean squared residual) in dB, with the largest photo value as peak; absent for a perfect
     /// match.
     pub psnr: Option<f64>,
-    /// Mean logarithm of the predictive density of an observation (Gaussian, sensor plus render variance), in nats.
+    /// Mean logarithm of the predictive density of an observation (Gaussian, the sensor's variance), in nats.
     pub log_density: f64,
 }
 
@@ -101,10 +105,11 @@ impl Score {
         Self {
             observations: total.observations,
             reduced_chi_square: reduced_chi_square(total, parameters),
+            chi_square_error: total.chi_square_error(),
             rmse: mean_square.sqrt(),
             psnr: (mean_square > 0.0 && total.peak > 0.0)
                 .then(|| 10.0 * libm::log10(total.peak * total.peak / mean_square)),
-            log_density: -0.5 * (two_pi + (total.log_variance + total.chi_square) / observations),
+            log_density: -0.5 * (two_pi + (total.log_variance + total.loss()) / observations),
         }
     }
 }

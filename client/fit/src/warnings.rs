@@ -2,14 +2,14 @@
 
 use crate::solve::Schedule;
 use crate::uncertainty::Uncertainty;
-use crate::{Normal, Score, Space};
+use crate::{Score, Space};
 
 /// Correlation from which on two parameters count as one.
 const INSEPARABLE: f64 = 0.98;
 /// Eigenvalue of the normal equations, scaled to a unit diagonal, below which a combination is undetermined.
 const UNDETERMINED: f64 = 1e-6;
 
-/// Render variance over the other variance from which on more samples would pay.
+/// Variance of the estimate that is the render's over the rest of it, from which on more samples would pay.
 const NOISY: f64 = 0.25;
 
 /// The warnings about an estimate at physical `values`.
@@ -116,7 +116,7 @@ fn remedy(names: &[&str]) -> &'static str {
 }
 
 /// The warnings about how the fit ended and how well it matches.
-pub(crate) fn about_scores(normal: &Normal, fit: &Score, held_out: Option<&Score>) -> Vec<String> {
+pub(crate) fn about_scores(uncertainty: &Uncertainty, fit: &Score, held_out: Option<&Score>) -> Vec<String> {
     let mut warnings = Vec::new();
     if fit.reduced_chi_square > 1.5 {
         warnings.push(format!(
@@ -132,10 +132,10 @@ pub(crate) fn about_scores(normal: &Normal, fit: &Score, held_out: Option<&Score
             held.reduced_chi_square, fit.reduced_chi_square
         ));
     }
-    if Schedule::noise_ratio(normal) > NOISY {
+    if Schedule::noise_ratio(uncertainty) > NOISY {
         warnings.push(format!(
-            "render noise still makes {:.0} % of the variance at the most samples allowed; more samples would narrow the errors",
-            100.0 * normal.render_share()
+            "render noise still makes {:.0} % of the estimates' variance at the most samples allowed; more samples would narrow the errors",
+            100.0 * uncertainty.render_share()
         ));
     }
     warnings

@@ -25,7 +25,7 @@ use gonio_scene::Capture;
 
 /// Opens the capture on the farm that the arguments name: embedded, or behind a URL.
 fn open(arguments: &FarmArguments, input: &Input) -> Result<OpenCapture, Failure> {
-    Ok(farm(arguments)?.open(&input.files)?)
+    Ok(farm(arguments)?.open_folder(&input.files)?)
 }
 
 /// The farm that the arguments name.

@@ -11,7 +11,7 @@ use gonio_fit::Evaluate;
 use gonio_scene::capture::Photo;
 use gonio_scene::film::FIRST_HIT_CHANNELS;
 use gonio_scene::image::encode_exr_channels;
-use gonio_scene::{Capture, Evaluation, EvaluationRequest, Film, Output, SceneError, SensorStage};
+use gonio_scene::{Capture, Evaluation, EvaluationRequest, Film, Output, SceneError, SensorStage, Stream};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -76,7 +76,7 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
                 samples: if output == Output::FirstHit { 2 } else { arguments.samples },
                 difference_samples: 0,
                 forward_samples: 0,
-                seed: arguments.seed,
+                seed: Stream::Render.seed(arguments.seed),
                 output,
             };
             Ok(farm.evaluate(&request, &mut |progress| {

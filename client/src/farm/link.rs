@@ -7,6 +7,7 @@ use futures::stream::BoxStream;
 use gonio_coordinator::Coordinator;
 use gonio_proto::convert::digest::{blob_chunks, digests_from_wire, digests_to_wire};
 use gonio_proto::{Digest, wire};
+use gonio_scene::files::{DirectoryFiles, Files};
 use gonio_worker::access::Client;
 use gonio_worker::pull::Link as WorkerLink;
 use gonio_worker::{Heart, Worker};
@@ -49,6 +50,15 @@ impl Link {
             }
         }
         Ok(())
+    }
+
+    /// Shows a coordinator in this process where a file lies; false where it is in another.
+    pub fn lend(&self, files: &DirectoryFiles, path: &str, digest: Digest, size: u64) -> bool {
+        let Self::Embedded(coordinator) = self else { return false };
+        let (files, path) = (files.clone(), path.to_owned());
+        let read = move || files.read(&path).map(bytes::Bytes::from_owner).map_err(|error| error.to_string());
+        coordinator.blobs.lend(digest, size, read);
+        true
     }
 
     pub async fn evaluate(&self, request: wire::EvaluationRequest) -> Result<Events, Status> {

@@ -14,7 +14,7 @@ use gonio_proto::convert::manifest::pack;
 use gonio_proto::convert::request::{Class, Requester};
 use gonio_proto::{Digest, limits, wire};
 use gonio_scene::SceneError;
-use gonio_scene::files::Files;
+use gonio_scene::files::{DirectoryFiles, Files};
 use gonio_worker::Worker;
 use gonio_worker::access::AccessError;
 use gonio_worker::renderer::{PathTracer, Renderer};
@@ -148,11 +148,26 @@ impl Farm {
     /// # Errors
     /// A capture that is broken or cannot be read; a farm that cannot be reached.
     pub fn open(&self, files: &dyn Files) -> Result<OpenCapture, FarmError> {
+        self.send(files, &|_, _, _| false)
+    }
+
+    /// As [`Farm::open`], but an embedded farm reads the files where they lie, whenever it needs them, and holds none of them: the
+    /// photographs of a capture may be larger than memory.
+    ///
+    /// # Errors
+    /// As [`Farm::open`].
+    pub fn open_folder(&self, files: &DirectoryFiles) -> Result<OpenCapture, FarmError> {
+        self.send(files, &|path, digest, size| self.shared.link.lend(files, path, digest, size))
+    }
+
+    /// Sends what the farm lacks and `lend` does not show it.
+    fn send(&self, files: &dyn Files, lend: &dyn Fn(&str, Digest, u64) -> bool) -> Result<OpenCapture, FarmError> {
         let packed = pack(files)?;
         let manifest = packed.manifest.to_blob();
         let capture = Digest::of(&manifest);
         let mut by_digest: Vec<(Digest, &str)> =
             packed.manifest.files.iter().map(|(path, (digest, _))| (*digest, path.as_str())).collect();
+        by_digest.retain(|(digest, path)| !lend(path, *digest, packed.manifest.files[*path].1));
         by_digest.sort_unstable();
         by_digest.dedup_by_key(|(digest, _)| *digest);
         let digests: Vec<Digest> = by_digest.iter().map(|(digest, _)| *digest).collect();
@@ -198,6 +213,11 @@ impl Farm {
     pub fn cancel(&self, client: &str) -> Result<u32, FarmError> {
         let request = wire::CancelRequest { key: bytes::Bytes::new(), client: client.to_owned() };
         Ok(self.block_on(self.shared.link.cancel(request))?)
+    }
+
+    /// Sends a blob that belongs to no capture.
+    fn put(&self, digest: Digest, blob: bytes::Bytes) -> Result<(), FarmError> {
+        Ok(self.block_on(self.shared.link.put(digest, blob))?)
     }
 
     fn block_on<T>(&self, future: impl Future<Output = T>) -> T {

@@ -1,14 +1,17 @@
 //! A capture that a farm has, ready to be evaluated.
 
-use super::Farm;
 use super::link::{Events, Link};
+use super::{Farm, FarmError};
 use futures::StreamExt;
 use gonio_fit::evaluate::{Evaluate, EvaluateError, Watch};
+use gonio_proto::convert::design::design_to_blob;
 use gonio_proto::convert::event::{CANCELLED, Event, FilmCollector};
 use gonio_proto::convert::manifest::Packed;
 use gonio_proto::convert::request::{request_from_wire, request_to_wire};
 use gonio_proto::{Digest, Key, WireError, wire};
-use gonio_scene::{Evaluation, EvaluationRequest, Progress};
+use gonio_scene::design::Design;
+use gonio_scene::files::Files;
+use gonio_scene::{Evaluation, EvaluationRequest, Output, Progress};
 use std::time::{Duration, Instant};
 use tonic::{Code, Status};
 
@@ -32,11 +35,40 @@ pub struct OpenCapture {
     digest: Digest,
     /// Its files, and the photos that cannot be compared with.
     packed: Packed,
+    /// Of the pixels that statistics compare; absent, all.
+    design: Option<Digest>,
 }
 
 impl OpenCapture {
     pub(super) fn new(farm: Farm, digest: Digest, packed: Packed) -> Self {
-        Self { farm, digest, packed }
+        Self { farm, digest, packed, design: None }
+    }
+
+    /// The same capture, of which statistics compare the pixels that `design` draws, each for as many as it stands for. What has
+    /// films is compared as a whole.
+    ///
+    /// # Errors
+    /// The farm cannot be reached.
+    pub fn with_design(mut self, design: &Design) -> Result<Self, FarmError> {
+        let blob = design_to_blob(design);
+        let digest = Digest::of(&blob);
+        self.farm.put(digest, blob)?;
+        self.design = Some(digest);
+        Ok(self)
+    }
+
+    /// The digest of the design, where there is one.
+    #[must_use]
+    pub fn design(&self) -> Option<Digest> {
+        self.design
+    }
+
+    /// Another capture at the same farm.
+    ///
+    /// # Errors
+    /// As [`Farm::open`].
+    pub fn beside(&self, files: &dyn Files) -> Result<Self, FarmError> {
+        self.farm.open(files)
     }
 
     /// The capture's digest: equal for equal files.
@@ -59,6 +91,9 @@ impl Evaluate for OpenCapture {
             return Err(EvaluateError::Refused(error.to_string()));
         }
         let mut message = request_to_wire(self.digest, request);
+        if request.output == Output::Statistics {
+            message.design_digest = self.design.map(|design| design.to_wire()).unwrap_or_default();
+        }
         self.farm.requester.sign(&mut message);
         // What the coordinator would refuse is refused here: both check by the same code.
         request_from_wire(message.clone()).map_err(|error| EvaluateError::Refused(error.to_string()))?;

@@ -75,7 +75,7 @@ pub(super) fn section(curve: &[LossPoint]) -> String {
     let axes = Axes::new(&finite);
     let kind = if axes.logarithmic { ", logarithmic" } else { "" };
     format!(
-        "<section>\n<h2>Loss</h2>\n<p>Mean squared residual over its variance (sensor and render) after each iteration{kind}; the band \
+        "<section>\n<h2>Loss</h2>\n<p>Reduced chi-square (weighted squared error over what the photos' noise alone would make) after each iteration{kind}; the band \
          is the standard error by the render's noise, the dashed line what a right model reaches.</p>\n\
          <svg class=\"chart\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Loss over {} iterations, from {} to {}\">\n\
          {}{}{}</svg>\n</section>\n",

@@ -16,7 +16,7 @@ mod summary;
 mod tables;
 
 pub use diagnosis::DiagnosisReport;
-pub use panel::Panel;
+pub use panel::{LONGEST, Panel};
 pub use prediction::{PairPicture, PredictionReport};
 pub use reflectance::ReflectancePanel;
 
@@ -114,8 +114,14 @@ mod tests {
             model_error: Some(0.01),
             between_photos_error: None,
         };
-        let score =
-            Score { observations: 300, reduced_chi_square: 1.02, rmse: 0.01, psnr: Some(30.0), log_density: 2.0 };
+        let score = Score {
+            observations: 300,
+            reduced_chi_square: 1.02,
+            chi_square_error: 0.01,
+            rmse: 0.01,
+            psnr: Some(30.0),
+            log_density: 2.0,
+        };
         let point = |iteration, loss| LossPoint { iteration, samples: 4, loss, standard_error: 0.1 };
         FitResult {
             capture: "<script>alert(\"x\")</script>&".to_owned(),

@@ -72,7 +72,7 @@ impl ReflectancePanel {
             material: file.material.clone(),
             held_out: file.role == Role::HeldOut,
             samples: pairs.len() as u64,
-            reduced_chi_square: statistics.chi_square / observations,
+            reduced_chi_square: statistics.reduced_chi_square(),
             rmse: (statistics.squared_error.max(0.0) / observations).sqrt(),
             scale,
             groups: groups(samples.collect()),
@@ -166,9 +166,10 @@ mod tests {
         #[allow(clippy::cast_possible_truncation)]
         let value = file.value(0.5).0 as f32;
         let image = Image { width: 40, height: 1, pixels: vec![[value; 3]; 40] };
-        let measured = Photograph { image, counts: vec![true; 40], clipped: 0 };
+        let measured = Photograph::new(image, vec![true; 40], 0);
         let film = Film { photo: 0, width: 40, height: 1, channels: vec![vec![model; 40]; 3] };
-        let statistics = PhotoStatistics { observations: 120, chi_square: 60.0, ..PhotoStatistics::default() };
+        let statistics =
+            PhotoStatistics { observations: 120, gram: vec![60.0], noise_floor: 120.0, ..PhotoStatistics::default() };
         ReflectancePanel::new(&capture, &measured, &pairs, &film, &statistics)
     }
 

@@ -6,13 +6,16 @@
 //! step or a score a little less than optimal, not biased: with columns c that do not depend on the residual's own
 //! noise, E[c'We] is zero at the right model whatever c is. Hence the limit looks at other pixels alone.
 
-use super::weight::VarianceMap;
+use super::window::Window;
 use gonio_scene::film::Tile;
 
-/// Multiple of the mean magnitude of the pixels around, in the 5x5 window of the weights.
+/// Multiple of the mean magnitude of the pixels around, in a 5x5 window.
 const NEARBY: f64 = 8.0;
 /// Multiple of the whole tile's mean magnitude that is allowed besides, for a lone edge in an empty window.
 const TILE: f64 = 4.0;
+/// Where the tile has more pixels than so many for each that is compared, no window of 25 is looked at: in the mean it would hold
+/// less than two of them.
+const LONELY: usize = 16;
 
 /// Cuts one column of a tile in place: `(mean, half difference)` of the two halves, and the place in the tile, per pixel.
 pub fn limit(tile: Tile, places: impl Iterator<Item = usize> + Clone, column: &mut [(f64, f64)]) {
@@ -36,13 +39,18 @@ pub fn limit(tile: Tile, places: impl Iterator<Item = usize> + Clone, column: &m
     if !column.iter().any(is_suspect) {
         return;
     }
-    let mut magnitudes = vec![None; tile.len()];
-    for (place, value) in places.clone().zip(column.iter()) {
-        magnitudes[place] = Some(magnitude(value));
-    }
-    let around = VarianceMap::new(tile, &magnitudes);
+    // Pixels that were drawn have no neighbours among themselves, and their tile is large: its mean stands for a window.
+    let window = (tile.len() < LONELY * column.len()).then(|| {
+        let mut magnitudes = vec![None; tile.len()];
+        for (place, value) in places.clone().zip(column.iter()) {
+            magnitudes[place] = Some(magnitude(value));
+        }
+        Window::new(tile, &magnitudes)
+    });
     for (place, value) in places.zip(column.iter_mut()).filter(|(_, value)| is_suspect(value)) {
-        let most = NEARBY * around.at(place).value + allowed(magnitude(value));
+        let allowed = allowed(magnitude(value));
+        let nearby = window.as_ref().map_or(allowed / TILE, |window| window.at(place));
+        let most = NEARBY * nearby + allowed;
         let (mean, half) = *value;
         let (a, b) = ((mean + half).clamp(-most, most), (mean - half).clamp(-most, most));
         // Untouched bits where nothing is cut.

@@ -5,12 +5,15 @@
 
 pub mod gram;
 mod limit;
+pub mod measured;
 pub mod merge;
+mod partner;
 pub mod prediction;
 pub mod recipe;
 pub mod reduction;
 pub mod statistics;
-pub mod weight;
+mod window;
 
+pub use measured::Measured;
 pub use recipe::Recipe;
 pub use reduction::Reduction;

@@ -14,12 +14,14 @@ pub struct Prediction {
     pub index: usize,
     /// y: the photo's values.
     pub measured: [f64; 3],
+    /// r: the mean of the photo's values around.
+    pub surroundings: [f64; 3],
+    /// h: for how many pixels this one stands.
+    pub weight: f64,
     /// M: the values predicted by the mean of the halves.
     pub value: [f64; 3],
     /// P_A - P_B.
     pub difference: [f64; 3],
-    /// The same if nothing were clipped: how far the render's noise may reach, where the mean's own value no longer moves.
-    pub spread: [f64; 3],
     /// S: d value of row's channel / d exposed light of column's channel.
     slope: [[f64; 3]; 3],
     /// Whether the slope has entries off its diagonal.
@@ -62,10 +64,7 @@ pub fn predict(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe) -> Ve
     let mut predictions = Vec::with_capacity(film.pixels);
     for (pixel, index) in pixels.indices().enumerate() {
         let (x, y) = (tile.x as usize + index % tile.width as usize, tile.y as usize + index / tile.width as usize);
-        let place = y * photograph.image.width as usize + x;
-        if !photograph.counts[place] {
-            continue;
-        }
+        let Some(photo) = photograph.at(x, y) else { continue };
         let half = |half: usize| {
             let film = film.pixel(half, pixel);
             [0, 1, 2].map(|c| recipe.factor * film[c])
@@ -76,14 +75,14 @@ pub fn predict(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe) -> Ve
         let predicted = recipe.stage.value(mean, x, y);
         let value = |stage: &SensorStage| if *stage == recipe.stage { predicted } else { stage.value(mean, x, y) };
         let difference = through(&predicted.slope, apart, recipe.stage.mixes());
-        let open = recipe.open.as_ref().map(|open| through(&open.value(mean, x, y).slope, apart, open.mixes()));
         predictions.push(Prediction {
             pixel,
             index,
-            measured: photograph.image.pixels[place].map(f64::from),
+            measured: photo.value.map(f64::from),
+            surroundings: photo.surroundings.map(f64::from),
+            weight: photo.weight,
             value: predicted.value,
             difference,
-            spread: open.unwrap_or(difference),
             slope: predicted.slope,
             mixes: recipe.stage.mixes(),
             sensor: recipe.sensor.iter().map(|c| derivative(c, &value(&c.from), &value(&c.to), apart)).collect(),

@@ -34,8 +34,6 @@ pub struct Recipe {
     pub factor: f64,
     /// From exposed light to photo values.
     pub stage: SensorStage,
-    /// The stage without its clip level, where it has one.
-    pub open: Option<SensorStage>,
     /// The columns that are not zero, per colour channel of the photo.
     pub channels: [Vec<ActiveColumn>; 3],
     /// The columns that need no film.
@@ -53,9 +51,8 @@ impl Recipe {
         let reflectance = matches!(capture.target(photo), Some(Target::Reflectance(_)));
         let camera = capture.photos.get(photo).map_or_else(|| capture.camera.clone(), |p| capture.camera_of(p));
         let factor = capture.photos.get(photo).map_or(1.0, gonio_scene::capture::Photo::factor);
-        let open = stage.open();
         let mut recipe =
-            Self { factor, stage, open, channels: Default::default(), sensor: Vec::new(), columns: plan.columns.len() };
+            Self { factor, stage, channels: Default::default(), sensor: Vec::new(), columns: plan.columns.len() };
         for (column, contributions) in plan.columns.iter().enumerate() {
             let sensor = contributions.iter().find_map(|contribution| match contribution {
                 Contribution::Sensor { from, to, distance } if !reflectance => Some(SensorColumn {

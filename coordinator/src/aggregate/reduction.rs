@@ -1,5 +1,6 @@
 //! The reduction of one evaluation: takes task films in any order, gives its statistics and films.
 
+use super::measured::Measured;
 use super::merge::{ChunkMerge, MergedFilm};
 use super::recipe::Recipe;
 use super::statistics::{Observed, compare};
@@ -7,7 +8,7 @@ use crate::split::{Part, Split};
 use gonio_proto::convert::reduced::Reduced;
 use gonio_scene::capture::Sensor;
 use gonio_scene::film::TileFilm;
-use gonio_scene::{Evaluation, Film, Output, PhotoStatistics, Photograph};
+use gonio_scene::{Evaluation, Film, Output, PhotoStatistics};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -25,7 +26,7 @@ pub struct ReducedPhoto {
     /// How sure what was measured is.
     pub sensor: Sensor,
     /// What was measured, where it is compared with.
-    pub photograph: Option<Arc<Photograph>>,
+    pub photograph: Option<Arc<Measured>>,
     /// Largest measured value among the pixels that count.
     pub peak: f64,
 }
@@ -33,11 +34,11 @@ pub struct ReducedPhoto {
 /// Sums over tiles that are complete, in order of completion: for progress only, never for a result.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Running {
-    /// Observations.
-    pub observations: u64,
-    /// Debiased weighted squared error.
+    /// Expectation of the loss under a right model.
+    pub noise_floor: f64,
+    /// See [`PhotoStatistics::loss`].
     pub loss: f64,
-    /// Its variance.
+    /// Its variance that is due to the render.
     pub loss_variance: f64,
 }
 
@@ -115,7 +116,11 @@ impl Reduction {
         let photo = &self.photos[work.photo];
         let side = 1 + photo.recipe.columns;
         let statistics_fit = match &reduced.statistics {
-            Some(statistics) => photo.photograph.is_some() && statistics.gram.len() == side * side,
+            Some(statistics) => {
+                photo.photograph.is_some()
+                    && [&statistics.gram, &statistics.noise].iter().all(|m| m.len() == side * side)
+                    && [0, side * side].contains(&statistics.draw.len())
+            }
             None => photo.photograph.is_none(),
         };
         let numbers = work.count * self.image_channels();
@@ -143,9 +148,9 @@ impl Reduction {
     /// Adds a tile to the sums for progress.
     fn count(&self, statistics: &PhotoStatistics) {
         let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-        running.observations += statistics.observations;
-        running.loss += statistics.gram[0];
-        running.loss_variance += statistics.loss_variance;
+        running.noise_floor += statistics.noise_floor;
+        running.loss += statistics.loss();
+        running.loss_variance += statistics.loss_variance();
     }
 
     fn reduce(&self, index: usize, film: &MergedFilm) -> Reduced {
@@ -196,8 +201,13 @@ impl Reduction {
         for photo in &self.photos {
             let side = 1 + photo.recipe.columns;
             if photo.photograph.is_some() {
-                let gram = vec![0.0; side * side];
-                evaluation.photos.push(PhotoStatistics { photo: photo.index, gram, ..PhotoStatistics::default() });
+                let zero = vec![0.0; side * side];
+                evaluation.photos.push(PhotoStatistics {
+                    photo: photo.index,
+                    gram: zero.clone(),
+                    noise: zero,
+                    ..PhotoStatistics::default()
+                });
             }
             if self.output.has_films() {
                 let plane = vec![0.0; photo.width as usize * photo.height as usize];
@@ -232,8 +242,8 @@ impl Reduction {
 }
 
 fn check_finite(s: &PhotoStatistics) -> Result<(), String> {
-    let sums = [s.loss_variance, s.chi_square, s.squared_error, s.log_variance, s.peak];
-    if s.gram.iter().chain(&sums).all(|v| v.is_finite()) {
+    let sums = [s.noise_floor, s.render_noise, s.squared_error, s.log_variance, s.peak];
+    if s.gram.iter().chain(&s.noise).chain(&s.draw).chain(&sums).all(|v| v.is_finite()) {
         return Ok(());
     }
     Err(format!(

@@ -1,4 +1,4 @@
-//! A tile's comparison with its photograph.
+//! A tile's comparison with its photograph: the sums of [`gonio_scene::statistics`], where weights and loss are derived.
 //!
 //! Per observation (a pixel that counts, a colour channel c) with exposed light `l_A`, `l_B` of the halves (three channels
 //! each), photo value `y` and sensor stage `V`:
@@ -13,26 +13,41 @@
 //! the sensor, by differences of V and V'.
 //!
 //! The stage is linearised at the mean, so that the two halves stay equally distributed about it and their product
-//! carries no bias but the stage's curvature over the render's noise. The halves are independent: E[e_A e_B] is the
-//! squared error without the variance that a plain square has (Azinovic et al. 2019, "Inverse Path Tracing for Joint
-//! Material and Lighting Estimation", section 5).
+//! carries no bias but the stage's curvature over the render's noise.
 //!
-//! The variance that a weight is made of is that of unclipped values: a mean that lies above a clip level by its noise alone is
-//! no certain one, and a model would be punished for every such pixel that it clips.
+//! The covariance of the Gram matrix's first column that is due to the render: let x, y, a be the noise of X, Y, e in half A, and
+//! Q their covariance. Then the covariance of (X_A e_B + X_B e_A) / 2 with the same of Y is
 //!
-//! The variance of `e_A e_B` that is due to the render: with e the true residual and each half's noise of variance q,
-//! e_A e_B = e^2 + e (a + b) + a b, so the variance is 2 e^2 q + q^2. For Gaussian noise, mean and difference of the halves
-//! are independent, hence E[((e_A + e_B) / 2)^2 (P_A - P_B)^2] = (e^2 + q / 2) 2 q: that product estimates it without bias.
+//! ```text
+//! (X Y Q_ee + X e Q_ey + e Y Q_xe + e e Q_xy) / 2 + (Q_xy Q_ee + Q_xe Q_ye) / 2
+//! ```
+//!
+//! (for X = Y = e: 2 e^2 q + q^2). Means over the halves have covariance X Y + Q_xy / 2, half differences (A - B) / 2 have Q_xy / 2. So
+//! the expectation of u_X u_Y, with u_X = mean_X half_e' + half_X' mean_e, is just that, if the differences ' come from another pixel
+//! of the same noise: from the pixel's own, u would hold fourth moments, which a rare bright path (a firefly) makes
+//! many times too large, where the product across halves is linear in it. The other pixel is the neighbour whose photo value is
+//! nearest ([`super::partner`]): along an edge another pixel of the edge. A pixel's channels come from the same paths, so u is
+//! summed over them first: noise += u_X u_Y.
+//!
+//! A pixel that was drawn with probability p stands for h = 1 / p: every sum above takes it h times, and `noise`, a variance, h^2
+//! times (of drawn pixels the next one lies further away: its noise is like the pixel's own in the mean of a tile). What the draw itself adds to the covariance of J'We is left to the right model's residuals, of variance 1 / w, and
+//! Poisson sampling: the estimate's covariance is the sum of h^2 w D D', of which `gram` holds h w D D', so the rest is
+//! draw += (h^2 - h) w (D_A D_B' + D_B D_A') / 2 (Saerndal, Swensson and Wretman 1992, "Model Assisted Survey Sampling",
+//! section 3.2, for the variance of the sum; its expectation under the model is what is summed here).
 
 use super::gram::Gram;
 use super::limit::limit;
+use super::measured::Measured;
 use super::merge::MergedFilm;
+use super::partner::partners;
 use super::prediction::{Prediction, predict};
 use super::recipe::Recipe;
-use super::weight::{VarianceMap, score, weigh};
+use gonio_scene::PhotoStatistics;
 use gonio_scene::capture::Sensor;
 use gonio_scene::film::{PixelSet, Tile};
-use gonio_scene::{PhotoStatistics, Photograph};
+
+/// Smallest variance relative to the square of the photo's peak, for a sensor that claims to be without noise in the dark.
+const SMALLEST: f64 = 1e-12;
 
 /// A tile and what is known of it.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +57,7 @@ pub struct Observed<'a> {
     /// Its pixels that were rendered.
     pub pixels: &'a PixelSet,
     /// What was measured.
-    pub photograph: &'a Photograph,
+    pub photograph: &'a Measured,
     /// How a value was measured.
     pub sensor: &'a Sensor,
 }
@@ -50,22 +65,35 @@ pub struct Observed<'a> {
 /// The sums of one tile, in row order of its pixels.
 ///
 /// `film` holds the two halves of the rendered pixels. Only the pixels among them that count are compared, and only they
-/// speak about the render's noise: so it makes no difference whether others were rendered along.
+/// speak about the render's noise: so it makes no difference whether others were rendered along. `peak` is the photo's largest
+/// value.
 #[must_use]
 pub fn compare(film: &MergedFilm, observed: Observed<'_>, recipe: &Recipe, peak: f64) -> PhotoStatistics {
     let side = 1 + recipe.columns;
+    let is_drawn = matches!(observed.photograph, Measured::Drawn(_));
     let mut sums = PhotoStatistics {
         gram: vec![0.0; side * side],
+        noise: vec![0.0; side * side],
+        draw: if is_drawn { vec![0.0; side * side] } else { Vec::new() },
         invalid_samples: film.invalid_samples,
         ..PhotoStatistics::default()
     };
     let predictions = predict(film, observed, recipe);
+    // u of each pixel, summed over its channels.
+    let mut moves = vec![0.0; predictions.len() * side];
+    let partners = partners(observed.tile, &predictions);
     for channel in 0..3 {
-        compare_channel(film, observed, recipe, peak, channel, &predictions, &mut sums);
+        compare_channel(film, observed, recipe, peak, channel, &predictions, &partners, &mut moves, &mut sums);
     }
+    let mut noise = Gram::new(side);
+    for (row, p) in moves.chunks_exact(side).zip(&predictions) {
+        noise.add(p.weight * p.weight, |i| (row[i], 0.0));
+    }
+    spread(noise, side, |i| i, &mut sums.noise);
     sums
 }
 
+#[allow(clippy::too_many_arguments)] // What a channel needs of its tile, and the two sums that channels share.
 fn compare_channel(
     film: &MergedFilm,
     observed: Observed<'_>,
@@ -73,14 +101,10 @@ fn compare_channel(
     peak: f64,
     channel: usize,
     predictions: &[Prediction],
+    partners: &[usize],
+    moves: &mut [f64],
     sums: &mut PhotoStatistics,
 ) {
-    let mut own = vec![None; observed.tile.len()];
-    for p in predictions {
-        own[p.index] = Some(0.25 * p.spread[channel] * p.spread[channel]);
-    }
-    let variances = VarianceMap::new(observed.tile, &own);
-
     let active = &recipe.channels[channel];
     let mut columns: Vec<Vec<(f64, f64)>> = active.iter().map(|_| Vec::with_capacity(predictions.len())).collect();
     // Pixel by pixel, as the film lies in memory: a hundred columns of it are larger than a cache.
@@ -93,39 +117,59 @@ fn compare_channel(
     for values in &mut columns {
         limit(observed.tile, predictions.iter().map(|p| p.index), values);
     }
-    let mut gram = Gram::new(1 + active.len());
-    let mut log_variance = LogSum::default();
-    // In registers while the loop runs; every sum still grows observation by observation.
-    let (mut chi_square, mut squared_error) = (sums.chi_square, sums.squared_error);
-    let (mut loss_variance, mut largest) = (sums.loss_variance, sums.peak);
-    for (row, p) in predictions.iter().enumerate() {
-        let (value, measured, difference) = (p.value[channel], p.measured[channel], p.difference[channel]);
-        let (sensor, render) = (observed.sensor.variance(value), variances.at(p.index));
-        let w = weigh(sensor, render, peak).weight;
-        let score = score(sensor, render, peak);
-        let residual = value - measured;
-        gram.add(w, |i| match i.checked_sub(1) {
-            None => (residual, 0.5 * difference),
-            Some(j) => columns[j][row],
-        });
-        let square = residual * residual;
-        chi_square += score.weight * square;
-        squared_error += square;
-        log_variance.add(score.variance);
-        loss_variance += w * w * square * difference * difference;
-        largest = largest.max(measured);
-    }
-    sums.observations += predictions.len() as u64;
-    (sums.chi_square, sums.squared_error) = (chi_square, squared_error);
-    (sums.loss_variance, sums.peak) = (loss_variance, largest);
-    sums.log_variance += log_variance.finish();
-    let full = 1 + recipe.columns;
+    let side = 1 + recipe.columns;
     let place = |i: usize| if i == 0 { 0 } else { 1 + active[i - 1].column };
+    let smallest = (SMALLEST * peak * peak).max(f64::MIN_POSITIVE.sqrt());
+    let mut gram = Gram::new(1 + active.len());
+    let mut draw = (!sums.draw.is_empty()).then(|| Gram::new(1 + active.len()));
+    let mut log_variance = LogSum::default();
+    let (mut weighted_log, mut weight) = (0.0, 0.0);
+    for (row, p) in predictions.iter().enumerate() {
+        let (measured, half) = (p.measured[channel], 0.5 * p.difference[channel]);
+        let variance = observed.sensor.variance(p.surroundings[channel]).max(smallest);
+        let w = 1.0 / variance;
+        let residual = p.value[channel] - measured;
+        let other = partners[row];
+        let half_of_other = 0.5 * predictions[other].difference[channel];
+        let moved = &mut moves[row * side..(row + 1) * side];
+        let h = p.weight;
+        gram.add(h * w, |i| {
+            let (value, noise) = match i.checked_sub(1) {
+                None => ((residual, half), half_of_other),
+                Some(j) => (columns[j][row], columns[j][other].1),
+            };
+            moved[place(i)] += w * (value.0 * half_of_other + noise * residual);
+            value
+        });
+        if let Some(draw) = &mut draw {
+            // The residual's own row and column are left out: its part is known to be that of the right model.
+            draw.add((h * h - h) * w, |i| i.checked_sub(1).map_or((0.0, 0.0), |j| columns[j][row]));
+            weighted_log += h * libm::log(variance);
+        } else {
+            log_variance.add(variance);
+        }
+        weight += h;
+        sums.noise_floor += h * (w * observed.sensor.variance(measured).max(smallest));
+        sums.render_noise += h * (w * half * half);
+        sums.squared_error += h * (residual * residual - half * half);
+        sums.peak = sums.peak.max(measured);
+    }
+    sums.observations += weight.round() as u64;
+    sums.compared += predictions.len() as u64;
+    sums.log_variance += log_variance.finish() + weighted_log;
+    spread(gram, side, place, &mut sums.gram);
+    if let Some(draw) = draw {
+        spread(draw, side, place, &mut sums.draw);
+    }
+}
+
+/// Adds a triangle of sums to a symmetric matrix of `side` rows, row `i` of the triangle at `place(i)`.
+fn spread(gram: Gram, side: usize, place: impl Fn(usize) -> usize, matrix: &mut [f64]) {
     for (i, j, sum) in gram.finish() {
         let (row, column) = (place(i), place(j));
-        sums.gram[row * full + column] += sum;
+        matrix[row * side + column] += sum;
         if row != column {
-            sums.gram[column * full + row] += sum;
+            matrix[column * side + row] += sum;
         }
     }
 }

@@ -6,7 +6,7 @@ mod run;
 mod stream;
 
 pub use cache::Captures;
-pub use prepare::{Prepared, prepare};
+pub use prepare::{Asked, Prepared, prepare};
 pub use run::evaluate;
 pub(crate) use run::resume;
 pub use stream::progress;

@@ -1,8 +1,8 @@
 //! From a request to tasks and their reduction.
 
-use super::cache::Captures;
+use super::cache::{Asking, Captures};
 use crate::aggregate::reduction::ReducedPhoto;
-use crate::aggregate::{Recipe, Reduction};
+use crate::aggregate::{Measured, Recipe, Reduction};
 use crate::broker::{Active, Failure, Outcome};
 use crate::journal::Journal;
 use crate::split::{PhotoArea, Split};
@@ -11,15 +11,25 @@ use gonio_proto::convert::request::Requester;
 use gonio_proto::convert::task::Setup;
 use gonio_proto::{Digest, Key, limits};
 use gonio_scene::derivative::Plan;
-use gonio_scene::{Capture, EvaluationRequest, MAX_SIDE, Output, Photograph};
+use gonio_scene::{Capture, EvaluationRequest, MAX_SIDE, Output};
 use std::sync::Arc;
 use tokio::sync::oneshot;
 
-/// Photographs of one evaluation that are read and decoded at the same time.
+/// Photographs of one evaluation that are asked for at the same time; how many are decoded at once depends on their size.
 const PHOTOGRAPHS_AT_ONCE: usize = 4;
 
 /// An evaluation that is ready to be worked on, and where its outcome will be told.
 pub type Prepared = (Arc<Active>, oneshot::Receiver<Outcome>);
+
+/// What is asked for: the capture's and the design's digest, and the request.
+pub struct Asked {
+    /// The capture's manifest.
+    pub capture: Digest,
+    /// The design of what is compared; absent, all is.
+    pub design: Option<Digest>,
+    /// All else.
+    pub request: EvaluationRequest,
+}
 
 /// Reads the capture and the photographs that are compared with, no others, and splits the evaluation. With a keeper, its
 /// tiles are written down.
@@ -31,11 +41,15 @@ pub async fn prepare(
     captures: &Captures,
     evaluation: u64,
     requester: Requester,
-    digest: Digest,
-    request: EvaluationRequest,
+    asked: Asked,
     keeper: Option<(Journal, Key)>,
 ) -> Result<Prepared, Failure> {
+    let Asked { capture: digest, design, request } = asked;
     let described = captures.describe(digest).await?;
+    let design = match design {
+        Some(digest) => Some((digest, captures.design(digest).await?)),
+        None => None,
+    };
     let mut capture = described.capture.clone();
     capture.set_numbers(&request.numbers).map_err(Failure::of_request)?;
     let targets = capture.targets().count();
@@ -51,10 +65,11 @@ pub async fn prepare(
     // Reflectance is read in any case: a film of it has as many pixels as its file has samples.
     let wanted = |index: usize| request.output.compares() || index >= capture.photos.len();
     let read = |index: &usize| {
-        let (captures, described, capture, index) = (captures, &described, &capture, *index);
+        let (captures, described, capture, design, index) = (captures, &described, &capture, design.as_ref(), *index);
         async move {
             let Some(index) = Some(index).filter(|index| wanted(*index)) else { return Ok(None) };
-            captures.photograph(digest, described, capture, index).await.map(Some)
+            let of = Asking { digest, described, capture, design, index };
+            captures.photograph(of).await.map(Some)
         }
         .boxed()
     };
@@ -68,7 +83,7 @@ pub async fn prepare(
         for (index, photograph) in request.photos.iter().zip(photographs) {
             let (width, height) = size(&capture, *index, photograph.as_deref())?;
             let photograph = photograph.filter(|_| compares);
-            let peak = photograph.as_deref().map_or(0.0, peak);
+            let peak = photograph.as_deref().map_or(0.0, Measured::peak);
             let recipe = Recipe::new(&plan, &capture, *index);
             let sensor = capture.sensor_of(*index);
             photos.push(ReducedPhoto { index: *index, width, height, recipe, sensor, photograph, peak });
@@ -96,9 +111,9 @@ pub async fn prepare(
 }
 
 /// Width and height of a photo, or of measured reflectance that has been read.
-fn size(capture: &Capture, index: usize, photograph: Option<&Photograph>) -> Result<(u32, u32), Failure> {
+fn size(capture: &Capture, index: usize, photograph: Option<&Measured>) -> Result<(u32, u32), Failure> {
     let Some(photo) = capture.photos.get(index) else {
-        return Ok(photograph.map_or((0, 0), |p| (p.image.width, p.image.height)));
+        return Ok(photograph.map_or((0, 0), Measured::size));
     };
     let camera = capture.camera_of(photo);
     let (width, height) = (camera.width, camera.height);
@@ -112,10 +127,4 @@ fn size(capture: &Capture, index: usize, photograph: Option<&Photograph>) -> Res
 fn area(photo: &ReducedPhoto, only_counted: bool) -> PhotoArea<'_> {
     let counted = photo.photograph.as_deref().filter(|_| only_counted);
     PhotoArea { width: photo.width, height: photo.height, counted }
-}
-
-/// The largest value among the pixels that count.
-fn peak(photograph: &Photograph) -> f64 {
-    let counted = photograph.image.pixels.iter().zip(&photograph.counts).filter(|(_, counts)| **counts);
-    counted.flat_map(|(pixel, _)| pixel).fold(0.0, |peak, value| f64::from(*value).max(peak))
 }

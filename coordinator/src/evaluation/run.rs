@@ -1,12 +1,13 @@
 //! The life of an evaluation: accepted, run by a task of its own, listened to, over.
 
-use super::prepare::prepare;
+use super::prepare::{Asked, prepare};
 use super::stream::{tell, with_loss};
 use crate::Coordinator;
 use crate::broker::Failure;
 use crate::intake::Turn;
 use crate::jobs::{Answer, Job, MOST};
 use crate::journal::Restored;
+use gonio_proto::convert::design::design_of;
 use gonio_proto::convert::reduced::Reduced;
 use gonio_proto::convert::request::{Requester, request_from_wire};
 use gonio_proto::{Digest, Key, WireError, wire};
@@ -30,6 +31,7 @@ struct Checked {
     message: wire::EvaluationRequest,
     request: EvaluationRequest,
     capture: Digest,
+    design: Option<Digest>,
     requester: Requester,
     key: Option<Key>,
 }
@@ -38,8 +40,9 @@ impl Checked {
     fn new(message: wire::EvaluationRequest) -> Result<Self, WireError> {
         let requester = Requester::of(&message)?;
         let key = Key::from_wire("EvaluationRequest.key", &message.key)?;
+        let design = design_of(&message)?;
         let (capture, request) = request_from_wire(message.clone())?;
-        Ok(Self { message, request, capture, requester, key })
+        Ok(Self { message, request, capture, design, requester, key })
     }
 
     fn job(&self, evaluation: u64) -> Job {
@@ -162,9 +165,10 @@ async fn work(
     tiles: BTreeMap<u64, Reduced>,
 ) -> Result<Answer, Failure> {
     let broker = &coordinator.broker;
-    let Checked { request, capture, requester, .. } = checked;
+    let Checked { request, capture, design, requester, .. } = checked;
     let keeper = coordinator.journal.clone().zip(job.key);
-    let prepared = prepare(&coordinator.captures, job.evaluation, requester, capture, request, keeper).await?;
+    let prepared =
+        prepare(&coordinator.captures, job.evaluation, requester, Asked { capture, design, request }, keeper).await?;
     let (active, outcome) = prepared;
     let mut restored = Vec::new();
     for (tile, reduced) in tiles {

@@ -77,11 +77,10 @@ pub fn progress(coordinator: &Coordinator, job: &Job) -> Progress {
     job.active.get().map_or(progress, |active| with_loss(progress, active))
 }
 
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn with_loss(progress: Progress, active: &Active) -> Progress {
     let running = active.reduction.running();
-    let observations = running.observations.max(1) as f64;
-    let (loss, error) = (running.loss / observations, running.loss_variance.sqrt() / observations);
+    let floor = running.noise_floor.max(f64::MIN_POSITIVE);
+    let (loss, error) = (running.loss / floor, running.loss_variance.sqrt() / floor);
     let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
     Progress { loss: finite(loss), loss_standard_error: finite(error), ..progress }
 }

@@ -5,6 +5,7 @@ use crate::files::Files;
 use crate::image::{self, Image};
 use crate::mesh::{self, Mesh};
 use crate::reflectance::{self, Directions};
+use crate::surroundings::Surroundings;
 use crate::{Result, SceneError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -86,16 +87,56 @@ pub struct Photograph {
     pub image: Image,
     /// Row-major: inside the mask and not clipped in any channel.
     pub counts: Vec<bool>,
+    /// Row-major, per channel: the mean of the pixels around that count, which says how large a pixel's noise is without
+    /// knowing it; 0 where a pixel does not count.
+    pub surroundings: Vec<[f32; 3]>,
     /// Pixels inside the mask that are clipped.
     pub clipped: usize,
 }
 
 impl Photograph {
+    /// From values and which of them count, of which `counts` holds as many as the image has pixels.
+    #[must_use]
+    pub fn new(image: Image, counts: Vec<bool>, clipped: usize) -> Self {
+        let surroundings = Surroundings::new(&image, &counts).all();
+        Self { image, counts, surroundings, clipped }
+    }
+
+    /// Reads what was measured for `target`, and what is around each pixel.
+    ///
+    /// # Errors
+    /// As [`Values::of`].
+    pub fn of(capture: &Capture, target: Target<'_>, files: &dyn Files) -> Result<Self> {
+        let Values { image, counts, clipped } = Values::of(capture, target, files)?;
+        Ok(Self::new(image, counts, clipped))
+    }
+
+    /// Reads a photo and its mask, and holds them against the camera and the sensor.
+    ///
+    /// # Errors
+    /// As [`Values::of`].
+    pub fn load(capture: &Capture, photo: &Photo, files: &dyn Files) -> Result<Self> {
+        Self::of(capture, Target::Photo(photo), files)
+    }
+}
+
+/// What was measured, as it was read: the part of a [`Photograph`] that all else follows from.
+#[derive(Debug, Clone)]
+pub struct Values {
+    /// Values as in the file, after response.
+    pub image: Image,
+    /// Row-major: inside the mask and not clipped in any channel.
+    pub counts: Vec<bool>,
+    /// Pixels inside the mask that are clipped.
+    pub clipped: usize,
+}
+
+impl Values {
     /// Reads what was measured for `target`: a photo with its mask, or samples of reflectance, which stand in the image
     /// as [`Directions`] says, with the values of [`Reflectance::value`].
     ///
     /// # Errors
-    /// As [`Photograph::load`] and [`reflectance::read`].
+    /// A missing or broken file, a size other than the camera's, a mask that leaves nothing, and what [`reflectance::read`] refuses.
     pub fn of(capture: &Capture, target: Target<'_>, files: &dyn Files) -> Result<Self> {
         match target {
             Target::Photo(photo) => Self::load(capture, photo, files),
@@ -108,11 +149,7 @@ impl Photograph {
         }
     }
 
-    /// Reads a photo and its mask, and holds them against the camera and the sensor.
-    ///
-    /// # Errors
-    /// A missing or broken file, a size other than the camera's, a mask that leaves nothing.
-    pub fn load(capture: &Capture, photo: &Photo, files: &dyn Files) -> Result<Self> {
+    fn load(capture: &Capture, photo: &Photo, files: &dyn Files) -> Result<Self> {
         let camera = capture.camera_of(photo);
         let key = format!("photo.{}", photo.name());
         let size = |what: &str, path: &str, width: u32, height: u32| {

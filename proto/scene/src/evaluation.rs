@@ -1,6 +1,7 @@
 //! An evaluation: "render these photos at these parameters, and give me loss, normal equations or images".
 
 use crate::parameter::Parameter;
+use crate::statistics::PhotoStatistics;
 
 /// What a client asks for, besides the capture.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -50,51 +51,6 @@ impl Output {
     #[must_use]
     pub fn has_films(self) -> bool {
         self != Self::Statistics
-    }
-}
-
-/// What one photo's comparison with its render amounts to. Sums run over observations: masked, unclipped pixels, each
-/// of three channels.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct PhotoStatistics {
-    /// Index of the photo.
-    pub photo: usize,
-    /// Number of observations.
-    pub observations: u64,
-    /// Gram matrix of [render - photo, d/d column...] under the weights 1 / (sensor variance + render variance),
-    /// `(1 + columns)^2` numbers, row-major, symmetric. Products of the two half buffers, so that Monte Carlo noise
-    /// adds no bias; hence its diagonal may be negative where there is nothing but noise.
-    pub gram: Vec<f64>,
-    /// Variance of `gram[0]` that is due to the render's own noise.
-    pub loss_variance: f64,
-    /// Sum of (mean of halves - photo)^2 / (sensor variance + render variance): expectation `observations` for a right model.
-    pub chi_square: f64,
-    /// Sum of (mean of halves - photo)^2, in photo values.
-    pub squared_error: f64,
-    /// Sum of the natural logarithm of (sensor variance + render variance).
-    pub log_variance: f64,
-    /// Largest photo value among the observations, the peak of a PSNR.
-    pub peak: f64,
-    /// Samples that were NaN or infinite and count as black.
-    pub invalid_samples: u64,
-}
-
-impl PhotoStatistics {
-    /// Adds another photo's sums to this one's, for totals.
-    pub fn add(&mut self, other: &Self) {
-        if self.gram.is_empty() {
-            self.gram = vec![0.0; other.gram.len()];
-        }
-        for (a, b) in self.gram.iter_mut().zip(&other.gram) {
-            *a += b;
-        }
-        self.observations += other.observations;
-        self.loss_variance += other.loss_variance;
-        self.chi_square += other.chi_square;
-        self.squared_error += other.squared_error;
-        self.log_variance += other.log_variance;
-        self.peak = self.peak.max(other.peak);
-        self.invalid_samples += other.invalid_samples;
     }
 }
 

@@ -1,7 +1,10 @@
 //! Tiles and tile films: the unit of work and what comes back from it.
 
-/// Side of a tile in pixels.
+/// Side of a tile in pixels, where all of its pixels may be wanted.
 pub const TILE: u32 = 32;
+
+/// Side of the largest tile, of which few pixels are wanted. Its [`PixelSet`] has 32 kB: sixty-four of them fit into a message.
+pub const LARGEST_TILE: u32 = 512;
 
 /// Names of a first-hit film's channels, in order. Where a ray hits nothing, `object` is -1 and the rest is 0.
 /// Depth is along the camera's z axis in metres; normal and position in world coordinates; `object` is the index in the
@@ -36,10 +39,15 @@ pub struct Tile {
 impl Tile {
     /// The tiles that cover an image, row by row.
     pub fn cover(width: u32, height: u32) -> impl Iterator<Item = Self> {
-        (0..height.div_ceil(TILE)).flat_map(move |j| {
-            (0..width.div_ceil(TILE)).map(move |i| {
-                let (x, y) = (i * TILE, j * TILE);
-                Self { x, y, width: TILE.min(width - x), height: TILE.min(height - y) }
+        Self::cover_by(TILE, width, height)
+    }
+
+    /// The tiles of another side that cover an image, row by row.
+    pub fn cover_by(side: u32, width: u32, height: u32) -> impl Iterator<Item = Self> {
+        (0..height.div_ceil(side)).flat_map(move |j| {
+            (0..width.div_ceil(side)).map(move |i| {
+                let (x, y) = (i * side, j * side);
+                Self { x, y, width: side.min(width - x), height: side.min(height - y) }
             })
         })
     }
@@ -80,6 +88,15 @@ impl PixelSet {
         set
     }
 
+    /// A set of `len` pixels' indices; those beyond are left out.
+    pub fn from_indices(len: usize, indices: impl IntoIterator<Item = usize>) -> Self {
+        let mut bits = vec![0; len.div_ceil(8)];
+        for index in indices.into_iter().filter(|index| *index < len) {
+            bits[index / 8] |= 1 << (index % 8);
+        }
+        Self { bits, len }
+    }
+
     /// A set from its bytes; `None` unless there is exactly one bit for each of `len` pixels.
     #[must_use]
     pub fn from_bytes(bytes: &[u8], len: usize) -> Option<Self> {
@@ -94,13 +111,21 @@ impl PixelSet {
 
     /// Indices of the pixels in the set, ascending.
     pub fn indices(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.len).filter(|i| self.bits[i / 8] >> (i % 8) & 1 == 1)
+        // A large tile's bytes are mostly empty.
+        let bytes = self.bits.iter().enumerate().filter(|(_, byte)| **byte != 0);
+        let all =
+            bytes.flat_map(|(i, byte)| (0..8).filter(move |bit| byte >> bit & 1 == 1).map(move |bit| 8 * i + bit));
+        all.take_while(|index| *index < self.len)
     }
 
     /// Number of pixels in the set.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.indices().count()
+        let whole = self.len / 8;
+        let ones = |bytes: &[u8]| bytes.iter().map(|byte| byte.count_ones() as usize).sum::<usize>();
+        // What a last byte holds beyond the end is no pixel.
+        let rest = self.bits.get(whole).map_or(0, |byte| (byte & ((1 << (self.len % 8)) - 1)).count_ones() as usize);
+        ones(&self.bits[..whole]) + rest
     }
 }
 
@@ -125,5 +150,37 @@ impl TileFilm {
     pub fn pixel(&self, half: usize, pixel: usize) -> &[f32] {
         let start = (half * self.pixels + pixel) * self.channels;
         &self.data[start..start + self.channels]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_hold_the_same_pixels_however_they_were_made() {
+        let wanted = [0, 7, 8, 300, 1020];
+        let flags = PixelSet::from_flags((0..1021).map(|i| wanted.contains(&i)));
+        let indices = PixelSet::from_indices(1021, wanted.into_iter().chain([1021, 5000]));
+        assert_eq!(flags, indices);
+        assert_eq!(flags.indices().collect::<Vec<_>>(), wanted);
+        assert_eq!(flags.count(), 5);
+        // Bits beyond the end are no pixels.
+        let beyond = PixelSet::from_bytes(&[0b1000_0001, 0xff], 10).unwrap();
+        assert_eq!(beyond.indices().collect::<Vec<_>>(), [0, 7, 8, 9]);
+        assert_eq!(beyond.count(), 4);
+    }
+
+    #[test]
+    fn tiles_of_every_side_cover_each_pixel_once() {
+        for side in [32, 512] {
+            let mut times = vec![0; 700 * 33];
+            for tile in Tile::cover_by(side, 700, 33) {
+                for (x, y) in (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y))) {
+                    times[((tile.y + y) * 700 + tile.x + x) as usize] += 1;
+                }
+            }
+            assert!(times.iter().all(|n| *n == 1));
+        }
     }
 }

@@ -7,6 +7,7 @@ pub mod assets;
 pub mod capture;
 mod decoder;
 pub mod derivative;
+pub mod design;
 pub mod error;
 pub mod evaluation;
 pub mod files;
@@ -16,13 +17,18 @@ pub mod mesh;
 pub mod parameter;
 pub mod reflectance;
 pub mod sensor_stage;
+pub mod statistics;
+pub mod stream;
+pub mod surroundings;
 
-pub use assets::{Assets, Photograph};
+pub use assets::{Assets, Photograph, Values};
 pub use capture::Capture;
 pub use error::{Result, SceneError};
-pub use evaluation::{Evaluation, EvaluationRequest, Film, Output, PhotoStatistics, Progress};
+pub use evaluation::{Evaluation, EvaluationRequest, Film, Output, Progress};
 pub use parameter::{Parameter, Term};
 pub use sensor_stage::{PhotoValue, SensorStage};
+pub use statistics::PhotoStatistics;
+pub use stream::Stream;
 
 /// The largest width or height of an image in pixels.
 pub const MAX_SIDE: u32 = 16384;

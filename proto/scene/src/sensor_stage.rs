@@ -81,10 +81,10 @@ impl SensorStage {
         self.mix.is_some()
     }
 
-    /// The same without a clip level; `None` where it has none.
+    /// Whether values of photos are no linear function of light, below the clip level.
     #[must_use]
-    pub fn open(&self) -> Option<Self> {
-        (self.clip_level < f64::INFINITY).then(|| Self { clip_level: f64::INFINITY, ..self.clone() })
+    pub fn is_curved(&self) -> bool {
+        self.reflectance.is_none() && (self.response != Response::Linear || self.gamma != 1.0)
     }
 
     /// The photo value of the pixel in column `x` and row `y` for its exposed light.

@@ -103,9 +103,12 @@ pub(super) fn statistics_to_wire(s: PhotoStatistics) -> wire::PhotoStatistics {
     wire::PhotoStatistics {
         photo: u32::try_from(s.photo).unwrap_or(u32::MAX),
         observations: s.observations,
+        compared: s.compared,
         gram: s.gram,
-        loss_variance: s.loss_variance,
-        chi_square: s.chi_square,
+        noise: s.noise,
+        draw: s.draw,
+        noise_floor: s.noise_floor,
+        render_noise: s.render_noise,
         squared_error: s.squared_error,
         log_variance: s.log_variance,
         peak: s.peak,
@@ -119,16 +122,33 @@ pub(super) fn statistics(s: wire::PhotoStatistics) -> Result<PhotoStatistics> {
         let problem = format!("has {} numbers, must have (1 + columns)^2", s.gram.len());
         return Err(WireError::new("PhotoStatistics.gram", problem));
     }
+    if s.noise.len() != s.gram.len() {
+        let problem = format!("has {} numbers, must have {} as the Gram matrix", s.noise.len(), s.gram.len());
+        return Err(WireError::new("PhotoStatistics.noise", problem));
+    }
     for value in &s.gram {
         finite("PhotoStatistics.gram", *value)?;
+    }
+    for value in &s.noise {
+        finite("PhotoStatistics.noise", *value)?;
+    }
+    if !s.draw.is_empty() && s.draw.len() != s.gram.len() {
+        let problem = format!("has {} numbers, must have {} as the Gram matrix, or none", s.draw.len(), s.gram.len());
+        return Err(WireError::new("PhotoStatistics.draw", problem));
+    }
+    for value in &s.draw {
+        finite("PhotoStatistics.draw", *value)?;
     }
     Ok(PhotoStatistics {
         photo: s.photo as usize,
         observations: s.observations,
+        compared: s.compared,
         gram: s.gram,
-        loss_variance: finite_and_not_negative("PhotoStatistics.loss_variance", s.loss_variance)?,
-        chi_square: finite_and_not_negative("PhotoStatistics.chi_square", s.chi_square)?,
-        squared_error: finite_and_not_negative("PhotoStatistics.squared_error", s.squared_error)?,
+        noise: s.noise,
+        draw: s.draw,
+        noise_floor: finite_and_not_negative("PhotoStatistics.noise_floor", s.noise_floor)?,
+        render_noise: finite_and_not_negative("PhotoStatistics.render_noise", s.render_noise)?,
+        squared_error: finite("PhotoStatistics.squared_error", s.squared_error)?,
         log_variance: finite("PhotoStatistics.log_variance", s.log_variance)?,
         peak: finite("PhotoStatistics.peak", s.peak)?,
         invalid_samples: s.invalid_samples,
@@ -267,7 +287,7 @@ mod tests {
 
     #[test]
     fn broken_events_are_refused() {
-        let good = wire::PhotoStatistics { gram: vec![1.0; 9], ..Default::default() };
+        let good = wire::PhotoStatistics { gram: vec![1.0; 9], noise: vec![1.0; 9], ..Default::default() };
         let broken = |change: &dyn Fn(&mut wire::PhotoStatistics), expected: &str| {
             let mut s = good.clone();
             change(&mut s);
@@ -279,8 +299,10 @@ mod tests {
         broken(&|s| s.gram.clear(), "has 0 numbers");
         broken(&|s| s.gram = vec![0.0; 300 * 300], "has 90000 numbers");
         broken(&|s| s.gram[3] = f64::NAN, "gram: is NaN");
-        broken(&|s| s.chi_square = -1.0, "must not be negative");
-        broken(&|s| s.loss_variance = f64::INFINITY, "must be finite");
+        broken(&|s| s.noise.truncate(4), "has 4 numbers");
+        broken(&|s| s.noise[1] = f64::NAN, "noise: is NaN");
+        broken(&|s| s.noise_floor = -1.0, "must not be negative");
+        broken(&|s| s.render_noise = f64::INFINITY, "must be finite");
         assert!(Event::try_from(wire::EvaluationEvent { event: None }).is_err());
     }
 
@@ -288,8 +310,14 @@ mod tests {
     fn events_survive_the_wire() {
         let progress =
             Progress { tasks_done: 1, tasks: 2, primary_samples: 3, loss: -0.5, loss_standard_error: 0.25, workers: 4 };
-        let statistics =
-            PhotoStatistics { photo: 7, gram: vec![2.0], observations: 9, peak: 3.0, ..Default::default() };
+        let statistics = PhotoStatistics {
+            photo: 7,
+            gram: vec![2.0],
+            noise: vec![0.5],
+            observations: 9,
+            peak: 3.0,
+            ..Default::default()
+        };
         for event in [
             Event::Accepted(3),
             Event::Progress(progress),

@@ -1,6 +1,7 @@
 //! Conversions between messages and domain types. Every conversion from a message validates: lengths, ranges, finite
 //! numbers, and counts before anything of that count is allocated.
 
+pub mod design;
 pub mod digest;
 pub mod event;
 pub mod film;

@@ -53,8 +53,12 @@ mod tests {
 
     #[test]
     fn reduced_tiles_keep_their_bits() {
-        let statistics =
-            PhotoStatistics { photo: 2, gram: vec![0.1 + 0.2, 1.0 / 3.0, 5e-324, -0.0], ..Default::default() };
+        let statistics = PhotoStatistics {
+            photo: 2,
+            gram: vec![0.1 + 0.2, 1.0 / 3.0, 5e-324, -0.0],
+            noise: vec![0.1; 4],
+            ..Default::default()
+        };
         let tile = Reduced { statistics: Some(statistics), film: Some(vec![0.1, -0.0, 1e-45]), invalid_samples: 7 };
         assert_eq!(Reduced::from_wire(tile.to_wire(9)).unwrap(), (9, tile.clone()));
         let mut broken = tile.to_wire(9);

@@ -87,6 +87,7 @@ pub fn request_to_wire(digest: Digest, request: &EvaluationRequest) -> wire::Eva
         client: String::new(),
         class: wire::Class::Interactive.into(),
         key: Bytes::new(),
+        design_digest: Bytes::new(),
     }
 }
 

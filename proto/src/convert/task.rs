@@ -5,7 +5,7 @@ use super::{Digest, Result, WireError, named, required, text};
 use crate::{limits, wire};
 use bytes::Bytes;
 use gonio_scene::Parameter;
-use gonio_scene::film::{PixelSet, TILE, Tile};
+use gonio_scene::film::{LARGEST_TILE, PixelSet, TILE, Tile};
 use prost::Message;
 use std::ops::Range;
 
@@ -155,9 +155,9 @@ pub struct Task {
     pub id: AttemptId,
     /// Index of the photo in the capture.
     pub photo: usize,
-    /// The tile; its sides are at most [`TILE`].
+    /// The tile; its sides are at most [`LARGEST_TILE`].
     pub tile: Tile,
-    /// The wanted pixels of the tile.
+    /// The wanted pixels of the tile: at most as many as a tile of [`TILE`] pixels a side has.
     pub pixels: PixelSet,
     /// Samples of each half; empty for first hits.
     pub samples: Range<u32>,
@@ -193,10 +193,13 @@ impl TryFrom<wire::Task> for Task {
     fn try_from(task: wire::Task) -> Result<Self> {
         let tile = required("Task.tile", task.tile)?;
         let tile = Tile { x: tile.x_pixels, y: tile.y_pixels, width: tile.width_pixels, height: tile.height_pixels };
-        let side = |length: u32| (1..=TILE).contains(&length);
+        let side = |length: u32| (1..=LARGEST_TILE).contains(&length);
         let inside = |start: u32| start < gonio_scene::MAX_SIDE;
         if !(side(tile.width) && side(tile.height) && inside(tile.x) && inside(tile.y)) {
-            return Err(WireError::new("Task.tile", format!("is {tile:?}, its sides must be 1 to {TILE} pixels")));
+            return Err(WireError::new(
+                "Task.tile",
+                format!("is {tile:?}, its sides must be 1 to {LARGEST_TILE} pixels"),
+            ));
         }
         let pixels = if task.pixels.is_empty() {
             PixelSet::from_flags(std::iter::repeat_n(true, tile.len()))
@@ -209,6 +212,8 @@ impl TryFrom<wire::Task> for Task {
         if pixels.count() == 0 {
             return Err(WireError::new("Task.pixels", "wants no pixel"));
         }
+        // Films are as large as what is wanted, whatever the tile.
+        super::at_most("Task.pixels", pixels.count(), (TILE * TILE) as usize)?;
         if task.first_sample > task.end_sample || task.end_sample > limits::SAMPLES {
             let problem =
                 format!("are {}..{}, must ascend to at most {}", task.first_sample, task.end_sample, limits::SAMPLES);

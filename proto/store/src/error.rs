@@ -28,6 +28,12 @@ pub enum StoreError {
     /// A stored blob's bytes are not those that its key promises.
     #[error("the stored blob {0} is damaged; delete it from the store and send it again")]
     Damaged(Digest),
+    /// A file that stands for a blob cannot be read.
+    #[error("{0}")]
+    Lent(String),
+    /// A file that stands for a blob has other bytes than when it was listed.
+    #[error("a file of the capture, listed with the digest {0}, has changed since; try again when nobody writes to it")]
+    Changed(Digest),
     /// The store cannot be listed, so nothing else can be expected of it.
     #[error("--store {url}: cannot be used: {error}; {mend}")]
     Unusable {
@@ -49,7 +55,8 @@ impl From<StoreError> for Status {
         match error {
             StoreError::Missing(_) => Self::not_found(text),
             StoreError::TooLarge { .. } => Self::resource_exhausted(text),
-            StoreError::Damaged(_) => Self::data_loss(text),
+            StoreError::Damaged(_) | StoreError::Changed(_) => Self::data_loss(text),
+            StoreError::Lent(_) => Self::not_found(text),
             StoreError::Url { .. } | StoreError::Unusable { .. } | StoreError::Store(_) => Self::unavailable(text),
         }
     }

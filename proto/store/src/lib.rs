@@ -4,6 +4,7 @@
 //! never changed; whoever reads it verifies its digest.
 
 mod error;
+mod lent;
 mod log;
 mod objects;
 mod s3;
@@ -15,6 +16,7 @@ pub use objects::Objects;
 use bytes::Bytes;
 use futures::StreamExt;
 use gonio_proto::{Digest, limits};
+use lent::Lent;
 use object_store::local::LocalFileSystem;
 use object_store::memory::InMemory;
 use object_store::path::Path;
@@ -27,6 +29,8 @@ pub struct Blobs {
     /// As given, for errors.
     url: Arc<str>,
     store: Arc<dyn ObjectStore>,
+    /// What is not in the store and can be read all the same.
+    lent: Lent,
 }
 
 impl Blobs {
@@ -49,7 +53,7 @@ impl Blobs {
     /// A store that somebody else has opened; `url` is what errors call it.
     #[must_use]
     pub fn over(url: &str, store: Arc<dyn ObjectStore>) -> Self {
-        Self { url: url.into(), store }
+        Self { url: url.into(), store, lent: Lent::default() }
     }
 
     /// Asks the store for something, so that a bucket, an address or credentials that are wrong are found out at the start.
@@ -71,11 +75,20 @@ impl Blobs {
         Path::from_iter(["blob", "sha256", &hex[..2], hex.as_str()])
     }
 
+    /// Makes a blob known that lies elsewhere in reach of this process, such as a photograph's file: it is read whenever it is asked
+    /// for, and never stored. `read` may block, and says what is wrong in words that name the file.
+    pub fn lend(&self, digest: Digest, size: u64, read: impl Fn() -> Result<Bytes, String> + Send + Sync + 'static) {
+        self.lent.add(digest, size, Arc::new(read));
+    }
+
     /// Whether there is such a blob.
     ///
     /// # Errors
     /// The store fails.
     pub async fn has(&self, digest: Digest) -> Result<bool, StoreError> {
+        if self.lent.find(digest).is_some() {
+            return Ok(true);
+        }
         match self.store.head(&Self::key(digest)).await {
             Ok(_) => Ok(true),
             Err(object_store::Error::NotFound { .. }) => Ok(false),
@@ -113,6 +126,16 @@ impl Blobs {
     /// # Errors
     /// There is no such blob, it is too large or damaged, or the store fails.
     pub async fn get(&self, digest: Digest, limit: u64) -> Result<Bytes, StoreError> {
+        if let Some((size, read)) = self.lent.find(digest) {
+            if size > limit {
+                return Err(StoreError::TooLarge { size, limit });
+            }
+            let verified = move || {
+                let blob = read().map_err(StoreError::Lent)?;
+                if Digest::of(&blob) == digest { Ok(blob) } else { Err(StoreError::Changed(digest)) }
+            };
+            return tokio::task::spawn_blocking(verified).await.map_err(|error| StoreError::Lent(error.to_string()))?;
+        }
         let found = match self.store.get(&Self::key(digest)).await {
             Ok(found) => found,
             Err(object_store::Error::NotFound { .. }) => return Err(StoreError::Missing(digest)),

@@ -3,12 +3,12 @@
 //! another mesh.
 
 mod diffusion;
-mod film;
+pub mod film;
 mod mesh;
 mod optics;
 mod pixels;
 mod places;
-mod random;
+pub mod random;
 mod surface;
 mod unit;
 mod vectors;

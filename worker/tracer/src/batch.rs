@@ -5,22 +5,23 @@ use crate::bvh::{Bundle, Hits};
 use crate::integrator::{First, Waves, World, first_surfaces, lights_blocks};
 use crate::prepared::Prepared;
 use crate::render::TileTask;
-use crate::sampler::{BLOCK, Block, PixelSampler};
+use crate::sampler::{BLOCK, Block, Branches, PixelSampler, SPLIT};
 use crate::scene::View;
 use glam::Vec3;
 use gonio_scene::film::TileFilm;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Samples of a batch: enough for their paths to fill blocks some bounces on, few enough to stay in the cache.
+/// Paths of a batch: enough for their paths to fill blocks some bounces on, few enough to stay in the cache.
 const SAMPLES: usize = 4096;
 
 /// Workspace of one tile.
 struct Batch {
     numbers: Block,
+    branches: Branches,
     rays: Bundle,
     hits: Hits,
-    /// By pixel and sample.
+    /// By pixel, sample and path.
     radiance: Vec<Vec3>,
     waves: Waves,
 }
@@ -54,29 +55,33 @@ impl Prepared {
         };
         let mut batch = Batch {
             numbers: Block::new(),
+            branches: Branches::new(),
             rays: Bundle::NONE,
             hits: Hits::NONE,
             radiance: Vec::new(),
             waves: Waves::new(self.scene.shaders.len()),
         };
-        let samples = task.samples.len();
+        let (samples, split) = (task.samples.len(), SPLIT as usize);
+        let paths = samples * split;
         for half in 0..2 {
-            for pixels in pixels.chunks((SAMPLES / samples.max(1)).max(1)) {
+            for pixels in pixels.chunks((SAMPLES / paths.max(1)).max(1)) {
                 if cancel.load(Ordering::Relaxed) {
                     return None;
                 }
                 batch.radiance.clear();
-                batch.radiance.resize(pixels.len() * samples, Vec3::ZERO);
+                batch.radiance.resize(pixels.len() * paths, Vec3::ZERO);
                 for (index, pixel) in pixels.iter().enumerate() {
-                    batch.pixel(&world, view, task, *pixel as u32, half, index * samples);
+                    batch.pixel(&world, view, task, *pixel as u32, half, index * paths);
                 }
                 batch.waves.follow(&world, &mut batch.radiance);
                 let scale = 1.0 / samples.max(1) as f32;
                 for pixel in 0..pixels.len() {
                     let mut sum = Vec3::ZERO;
-                    for radiance in &batch.radiance[pixel * samples..(pixel + 1) * samples] {
+                    for branches in batch.radiance[pixel * paths..(pixel + 1) * paths].chunks(split) {
+                        let mut radiance = Vec3::ZERO;
+                        branches.iter().for_each(|branch| radiance += *branch);
                         if radiance.is_finite() {
-                            sum += *radiance;
+                            sum += radiance;
                         } else {
                             film.invalid_samples += 1;
                         }
@@ -103,10 +108,10 @@ impl Batch {
             self.hits = Hits::NONE;
             world.geometry.closest_bundle(&self.rays, &mut self.hits);
             if self.hits.found() != 0 {
-                self.numbers.fill(&sampler, sample, 4);
+                self.branches.fill(&sampler, sample, if world.lights.need_numbers() { 2 } else { 1 });
             }
-            let (rays, hits, numbers) = (&self.rays, &self.hits, &self.numbers);
-            let first = First { rays, hits, numbers, sampler, sample, slot: slot + offset };
+            let (rays, hits, branches) = (&self.rays, &self.hits, &self.branches);
+            let first = First { rays, hits, branches, sampler, sample, slot: slot + offset * SPLIT as usize };
             first_surfaces(world, &first, &mut self.radiance, &mut self.waves);
         }
     }

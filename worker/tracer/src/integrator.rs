@@ -8,6 +8,7 @@ mod below;
 mod block;
 mod place;
 mod probe;
+mod roulette;
 mod wave;
 
 pub use block::{First, first_surfaces, lights_blocks};
@@ -16,17 +17,17 @@ pub use wave::Waves;
 use crate::geometry::Geometry;
 use crate::light::{Emission, LightSample, PhotoLights};
 use crate::planes::PlaneIndex;
-use crate::sampler::{Aside, Sampler};
+use crate::sampler::{Aside, SPLIT, Sampler};
 use crate::shader::{MAX_SLOTS, Shader};
 use crate::{bvh::Hit, bvh::Ray};
 use glam::{Vec2, Vec3};
+use roulette::survival;
 
-/// Bounces before Russian roulette may end a path.
-const ROULETTE_FROM: u32 = 1;
-/// A path goes on with at most this probability, so that none between white walls lasts for ever.
-const SURVIVAL: f32 = 0.95;
 /// At a path's first surface every light is sampled if there are no more than this; else, and later on, one at random.
 const ALL_LIGHTS: usize = 4;
+
+/// What one of the paths from a camera ray's first surface is worth.
+const SHARE: f32 = 1.0 / SPLIT as f32;
 
 /// What a path needs to know of the scene.
 pub struct World<'a> {
@@ -107,13 +108,87 @@ pub struct Start {
     pub arrival: Option<(f32, f32)>,
     /// Groups of four numbers that the path has taken.
     pub groups: u32,
+    /// Which of the paths from its camera ray's first surface it is.
+    pub branch: u32,
 }
 
 impl Start {
     /// A camera ray.
     #[must_use]
     pub fn camera(ray: Ray, hit: Option<Hit>) -> Self {
-        Self { ray, hit, bounce: 0, throughput: Vec3::ONE, proposed: Vec3::ONE, arrival: None, groups: 1 }
+        Self { ray, hit, bounce: 0, throughput: Vec3::ONE, proposed: Vec3::ONE, arrival: None, groups: 1, branch: 0 }
+    }
+
+    /// One of [`SPLIT`] paths that go on from what a camera ray hits.
+    #[must_use]
+    pub fn branch(ray: Ray, hit: Option<Hit>, branch: u32) -> Self {
+        Self { throughput: Vec3::splat(SHARE), branch, ..Self::camera(ray, hit) }
+    }
+
+    /// Adds what a ray finds that ends at a light or in nothing, no derivative being carried along; whether it does.
+    #[inline]
+    pub fn arrives(&self, world: &World<'_>, tally: &mut Tally<'_>) -> bool {
+        let carrier = Carrier { throughput: self.throughput, derivatives: &mut [] };
+        arrives(world, &self.ray, self.hit, self.arrival, &carrier, tally)
+    }
+}
+
+/// Whether a path's ray ends at a light, or in nothing: then what it finds there is added.
+#[inline]
+fn arrives(
+    world: &World<'_>,
+    ray: &Ray,
+    hit: Option<Hit>,
+    arrival: Option<(f32, f32)>,
+    carrier: &Carrier<'_>,
+    tally: &mut Tally<'_>,
+) -> bool {
+    let share = |pdf: f32| Vec3::splat(arrival.map_or(1.0, |(own, pick)| power(own, pdf * pick)));
+    let limit = hit.map_or(f32::INFINITY, |h| h.t);
+    if let Some((_, index)) = world.lights.sphere(ray.origin, ray.direction, limit) {
+        if let Some((emission, pdf, plane)) = world.lights.sphere_emission(index, ray.origin, ray.direction) {
+            tally.add(carrier, share(pdf), &emission, plane);
+        }
+        return true;
+    }
+    if hit.is_none() {
+        for (emission, pdf, plane) in world.lights.environments(ray.direction) {
+            tally.add(carrier, share(pdf), &emission, plane);
+        }
+    }
+    hit.is_none()
+}
+
+/// The factor on what a sample towards a light brings: the chance that it was chosen, and its share where a path can come
+/// upon the light as well, with density `other`.
+#[inline(always)]
+fn direct_weight(pdf: f32, pick: f32, other: Option<f32>) -> f32 {
+    match other {
+        _ if pdf <= 0.0 => 1.0 / pick,
+        Some(other) => power(pdf * pick, other) / (pdf * pick),
+        None => 1.0 / (pdf * pick),
+    }
+}
+
+/// Traces a camera ray and the paths from its first surface; adds what they find to `tally`. `numbers` gives those of a path.
+///
+/// The other arguments are those of [`trace`].
+pub fn trace_camera<'b, const SAME: bool>(
+    world: &World<'_>,
+    start: Start,
+    numbers: impl Fn(u32) -> Sampler<'b>,
+    scratch: &mut [Vec3],
+    tally: &mut Tally<'_>,
+) {
+    if start.arrives(world, tally) {
+        return;
+    }
+    for branch in 0..SPLIT {
+        let before = std::mem::take(&mut tally.radiance);
+        let mut numbers = numbers(branch);
+        numbers.skip();
+        trace::<SAME>(world, Start::branch(start.ray, start.hit, branch), &mut numbers, scratch, tally);
+        tally.radiance = before + tally.radiance;
     }
 }
 
@@ -136,21 +211,11 @@ pub fn trace<const SAME: bool>(
     // Lights of intensity 0 have no part in the radiance: their derivatives must not shift its numbers.
     let mut dark = (world.lights.dark() > 0 && !tally.derivatives.is_empty()).then(|| sampler.aside(Aside::Dark));
     let mut beneath = None;
-    let share = |arrival: Option<(f32, f32)>, pdf: f32| arrival.map_or(1.0, |(own, pick)| power(own, pdf * pick));
     for bounce in start.bounce.. {
-        let limit = hit.map_or(f32::INFINITY, |h| h.t);
-        if let Some((_, index)) = world.lights.sphere(ray.origin, ray.direction, limit) {
-            if let Some((emission, pdf, plane)) = world.lights.sphere_emission(index, ray.origin, ray.direction) {
-                tally.add(&carrier, Vec3::splat(share(arrival, pdf)), &emission, plane);
-            }
+        if arrives(world, &ray, hit, arrival, &carrier, tally) {
             return;
         }
-        let Some(h) = hit else {
-            for (emission, pdf, plane) in world.lights.environments(ray.direction) {
-                tally.add(&carrier, Vec3::splat(share(arrival, pdf)), &emission, plane);
-            }
-            return;
-        };
+        let Some(h) = hit else { return };
         let surface = world.geometry.surface(&h);
         let shader = &world.shaders[world.shader_of[surface.object]];
         let proposal = if SAME { shader } else { &world.proposals[world.shader_of[surface.object]] };
@@ -221,23 +286,17 @@ pub fn trace<const SAME: bool>(
                 return;
             }
             let shadow = surface.ray_to(sample.direction, sample.distance);
-            if world.geometry.occluded(&shadow)
-                || world.lights.sphere(shadow.origin, shadow.direction, shadow.t_max).is_some()
-            {
+            if world.geometry.occluded(&shadow) || world.lights.in_the_way(&shadow) {
                 return;
             }
-            let weight = if sample.pdf > 0.0 && met {
-                let pdf = if SAME {
+            let other = (sample.pdf > 0.0 && met).then(|| {
+                if SAME {
                     found.pdf
                 } else {
                     proposal.evaluate(chooser, towards_chooser, chooser.basis.local(sample.direction)).pdf
-                };
-                power(sample.pdf * pick, pdf) / (sample.pdf * pick)
-            } else if sample.pdf > 0.0 {
-                1.0 / (sample.pdf * pick)
-            } else {
-                1.0 / pick
-            };
+                }
+            });
+            let weight = direct_weight(sample.pdf, pick, other);
             tally.add(&carrier, found.value * weight, &sample.emission, plane);
             if differentiate {
                 let factor = carrier.throughput * sample.emission.value * weight;
@@ -245,6 +304,10 @@ pub fn trace<const SAME: bool>(
             }
         };
         if all {
+            // What is the same for all paths from a camera ray's first surface, the first one finds for all of them.
+            for index in (0..lights).filter(|index| start.branch == 0 && world.lights.is_fixed(*index)) {
+                direct(world.lights.sample(index, surface.position, Vec2::ZERO), SHARE, true);
+            }
             // One pair of numbers each; beyond the two at hand, a fresh group.
             for index in 0..lights {
                 let u = match index {
@@ -255,7 +318,9 @@ pub fn trace<const SAME: bool>(
                         Vec2::new(fresh[0], fresh[1])
                     }
                 };
-                direct(world.lights.sample(index, surface.position, u), pick, true);
+                if !world.lights.is_fixed(index) {
+                    direct(world.lights.sample(index, surface.position, u), pick, true);
+                }
             }
         } else if lights > 0 {
             let index = ((towards[2] * lights as f32) as usize).min(lights - 1);
@@ -288,16 +353,12 @@ pub fn trace<const SAME: bool>(
         if chosen.pdf <= 0.0 {
             return;
         }
-        let mut survival = 1.0;
         proposed *= chosen.value / chosen.pdf;
-        if bounce >= ROULETTE_FROM {
-            // The floor keeps derivatives alive where the value itself has died (a black base).
-            survival = proposed.max_element().clamp(0.05, SURVIVAL);
-            if numbers[3] >= survival {
-                return;
-            }
-            proposed /= survival;
+        let survival = survival(bounce, proposed);
+        if numbers[3] >= survival {
+            return;
         }
+        proposed /= survival;
         let weight = 1.0 / (chosen.pdf * survival);
         for derivative in carrier.derivatives.iter_mut() {
             *derivative *= found.value * weight;

@@ -3,10 +3,10 @@
 use crate::bvh::{Bundle, Hit, Hits, Ray};
 use crate::camera::Glare;
 use crate::difference::Difference;
-use crate::integrator::{Start, Tally, World, trace};
+use crate::integrator::{Start, Tally, World, trace_camera};
 use crate::prepared::Prepared;
 use crate::reflectance::Measured;
-use crate::sampler::{Aside, BLOCK, Block, PixelSampler, Sampler};
+use crate::sampler::{Aside, BLOCK, Block, Branches, PixelSampler};
 use crate::scene::{Scene, Variant, View};
 use crate::shader::Shader;
 use glam::Vec3;
@@ -61,8 +61,22 @@ struct Buffers {
 /// Successive samples of one pixel.
 struct SampleBlock {
     numbers: Block,
+    branches: Branches,
     rays: Bundle,
     first: Hits,
+}
+
+/// What is known of a sample before it is traced.
+#[derive(Clone, Copy)]
+struct Known<'a> {
+    /// What its camera ray hits.
+    first: Option<Option<Hit>>,
+    /// The block that holds its numbers, and its lane there.
+    block: Option<(&'a SampleBlock, usize)>,
+}
+
+impl Known<'_> {
+    const NOTHING: Self = Self { first: None, block: None };
 }
 
 /// One sample of a pixel.
@@ -119,7 +133,12 @@ impl Prepared {
             found: vec![Vec3::ZERO; self.forward.planes.len()],
             sums: vec![Vec3::ZERO; 1 + self.planes()],
             middle: Vec::new(),
-            block: SampleBlock { numbers: Block::new(), rays: Bundle::NONE, first: Hits::NONE },
+            block: SampleBlock {
+                numbers: Block::new(),
+                branches: Branches::new(),
+                rays: Bundle::NONE,
+                first: Hits::NONE,
+            },
         };
         // Where no number moves what this photo sees, a difference is zero and costs nothing.
         let differences: Vec<_> = self.differences.iter().filter(|d| d.matters(task.photo)).collect();
@@ -162,13 +181,12 @@ impl Prepared {
                 let index = start + lane as u32;
                 let carries = ((index - task.samples.start) as usize) < carried;
                 let (path, found) = if carries { (&mut path[..], &mut found[..]) } else { Default::default() };
-                let numbers = pixel.sampler.sample(index);
-                let traced = if together {
-                    let numbers = numbers.from(&block.numbers, lane);
-                    self.scene.sample(chosen, pixel, numbers, Some(block.first.get(lane)), path, found)?
+                let known = if together {
+                    Known { first: Some(block.first.get(lane)), block: Some((block, lane)) }
                 } else {
-                    self.scene.sample(chosen, pixel, numbers, None, path, found)?
+                    Known::NOTHING
                 };
+                let traced = self.scene.sample(chosen, pixel, index, known, path, found)?;
                 if middle.len() < kept {
                     middle.push(traced);
                 }
@@ -264,7 +282,7 @@ impl Scene {
         if self.without.is_some() {
             return Some(false);
         }
-        let SampleBlock { numbers, rays, first } = block;
+        let SampleBlock { numbers, branches, rays, first } = block;
         numbers.ready = 0;
         numbers.fill(&pixel.sampler, samples.start, if view.camera.has_lens() { 4 } else { 2 });
         view.camera.rays([pixel.x as f32, pixel.y as f32], numbers.group(0), rays);
@@ -272,24 +290,23 @@ impl Scene {
         *first = Hits::NONE;
         self.geometry.closest_bundle(rays, first);
         if first.found() != 0 {
-            numbers.fill(&pixel.sampler, samples.start, 4);
-            numbers.fill(&pixel.sampler, samples.start, 4);
+            branches.fill(&pixel.sampler, samples.start, 2);
         }
         Some(true)
     }
 
-    /// Traces a sample of a pixel, whose numbers are given, along the paths that `proposals` choose. `known` is what its camera ray hits,
-    /// where that has been found out already. `found` receives the derivatives; both slices may be empty.
+    /// Traces a sample of a pixel along the paths that `proposals` choose. `found` receives the derivatives; both slices may be empty.
     fn sample(
         &self,
         proposals: &Arc<[Shader]>,
         pixel: &Pixel,
-        mut numbers: Sampler<'_>,
-        known: Option<Option<Hit>>,
+        index: u32,
+        known: Known<'_>,
         path: &mut [Vec3],
         found: &mut [Vec3],
     ) -> Option<Traced> {
         let view = self.views.get(pixel.photo)?;
+        let numbers = pixel.sampler.sample(index);
         let mut choice = None;
         let mut choose = |which: usize| choice.get_or_insert_with(|| numbers.aside(Aside::Choice).next4())[which];
         let geometry = match &self.without {
@@ -301,23 +318,31 @@ impl Scene {
             World { geometry, shaders: &self.shaders, proposals, shader_of: &self.shader_of, lights: &view.lights };
         found.fill(Vec3::ZERO);
         let mut tally = Tally { radiance: Vec3::ZERO, derivatives: found };
-        let mut follow =
-            |numbers: &mut Sampler<'_>, known: Option<Option<Hit>>, (dx, dy): (f32, f32), tally: &mut Tally<'_>| {
-                let [x, y, u, v] = numbers.next4();
-                let ray = view.camera.ray(pixel.x as f32 + x + dx, pixel.y as f32 + y + dy, u, v);
-                let first = known.unwrap_or_else(|| geometry.closest(&ray));
-                if Arc::ptr_eq(proposals, &self.shaders) {
-                    trace::<true>(&world, Start::camera(ray, first), numbers, path, tally);
-                } else {
-                    trace::<false>(&world, Start::camera(ray, first), numbers, path, tally);
-                }
-                first
+        let mut follow = |sampler: PixelSampler, known: Known<'_>, (dx, dy): (f32, f32), tally: &mut Tally<'_>| {
+            let camera = sampler.sample(index);
+            let [x, y, u, v] = known.block.map_or(camera, |(block, lane)| camera.from(&block.numbers, lane)).next4();
+            let ray = view.camera.ray(pixel.x as f32 + x + dx, pixel.y as f32 + y + dy, u, v);
+            let first = known.first.unwrap_or_else(|| geometry.closest(&ray));
+            let start = Start::camera(ray, first);
+            let branch = |branch: u32| {
+                let numbers = sampler.branch(index, branch);
+                known.block.map_or(numbers, |(block, ray)| {
+                    let (block, lane) = block.branches.of(ray, branch);
+                    numbers.from(block, lane)
+                })
             };
-        let first = follow(&mut numbers, known, (0.0, 0.0), &mut tally);
+            if Arc::ptr_eq(proposals, &self.shaders) {
+                trace_camera::<true>(&world, start, branch, path, tally);
+            } else {
+                trace_camera::<false>(&world, start, branch, path, tally);
+            }
+            first
+        };
+        let first = follow(pixel.sampler, known, (0.0, 0.0), &mut tally);
         if let Some((Glare { fraction, .. }, offset)) = glare {
             // (1 - f) own + f other, as f ((1 - f) / f own + other), so that both add to one tally.
             tally.scale((1.0 - fraction) / fraction);
-            follow(&mut numbers.aside(Aside::Glare), None, offset, &mut tally);
+            follow(pixel.sampler.aside(Aside::Glare), Known::NOTHING, offset, &mut tally);
             tally.scale(fraction);
         }
         Some(Traced { radiance: tally.radiance, first })
@@ -327,9 +352,7 @@ impl Scene {
 impl Variant {
     /// The radiance of a sample whose path in the other scene is known.
     fn sample(&self, proposals: &Arc<[Shader]>, pixel: &Pixel, index: u32, other: &Traced) -> Option<Vec3> {
-        let known = self.same_first_hits[pixel.photo].then_some(other.first);
-        self.scene
-            .sample(proposals, pixel, pixel.sampler.sample(index), known, &mut [], &mut [])
-            .map(|traced| traced.radiance)
+        let known = Known { first: self.same_first_hits[pixel.photo].then_some(other.first), block: None };
+        self.scene.sample(proposals, pixel, index, known, &mut [], &mut []).map(|traced| traced.radiance)
     }
 }

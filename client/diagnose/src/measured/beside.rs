@@ -26,7 +26,7 @@ impl<'a> Beside<'a> {
         let (photos, files) = self.model.fit.photos.split_at(self.photos);
         [photos, files].map(|all| {
             let observations: u64 = all.iter().map(|p| p.observations).sum();
-            (observations as f64, all.iter().map(|p| p.chi_square).sum())
+            (observations as f64, all.iter().map(gonio_scene::PhotoStatistics::loss).sum())
         })
     }
 
@@ -51,8 +51,7 @@ impl<'a> Beside<'a> {
         let photos = gains.get(..self.photos).unwrap_or_default();
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A count.
         let (gain, error) = cross::per_observation(photos, observations as u64);
-        let constant: f64 = self.model.fit.photos.iter().skip(self.photos).map(|p| p.log_variance).sum();
-        let squares = |all: &[f64]| all.iter().skip(self.photos).sum::<f64>() - constant;
+        let squares = |all: &[f64]| all.iter().skip(self.photos).sum::<f64>();
         let of_files = error_gain(squares(here), squares(there));
         gain >= self.least_of_photos() && gain >= 2.0 * error || of_files >= self.options.smallest_file_gain
     }

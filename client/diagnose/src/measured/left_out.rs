@@ -17,7 +17,7 @@ pub(crate) fn left_out(
 ) -> Result<Vec<f64>, DiagnoseError> {
     let photos = &model.fit.photos;
     if photos.len() < 2 {
-        return Ok(photos.iter().map(|p| p.chi_square + p.log_variance).collect());
+        return Ok(photos.iter().map(|p| p.loss()).collect());
     }
     let mut farm = workshop.open(&model.capture, &model.files)?;
     let mut all = Vec::new();
@@ -27,7 +27,7 @@ pub(crate) fn left_out(
             file.role = if i == photo.photo { Role::HeldOut } else { Role::Fit };
         }
         let score = fitted(&fold, options, farm.as_mut(), observer)?.held_out.ok_or(FitError::NoFitPhotos)?;
-        all.push(score.reduced_chi_square * score.observations as f64 + photo.log_variance);
+        all.push(score.reduced_chi_square * score.observations as f64);
     }
     Ok(all)
 }

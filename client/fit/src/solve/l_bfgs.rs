@@ -26,9 +26,9 @@ pub(super) fn solve(objective: &Objective<'_>, options: &Options) -> Result<Outc
             let normal = objective.normal(&u, samples)?;
             let scale = normal.spectrum().inverse_scale;
             objective.set_stage(samples, scale.iter().map(|s| if *s > 0.0 { *s } else { 1.0 }).collect());
-            let before = normal.total.chi_square;
+            let before = normal.total.loss();
             u = search(objective, options, &u, samples, normal.misfit())?;
-            let gain = before - objective.normal(&u, samples)?.total.chi_square;
+            let gain = before - objective.normal(&u, samples)?.total.loss();
             if gain < 0.1 * normal.misfit() || iterations_left(objective, options) == 0 {
                 break;
             }

@@ -11,7 +11,7 @@ use crate::objective::{Objective, Stopped};
 const GRID: [f64; 4] = [0.15, 0.3, 0.5, 0.75];
 /// The index of most plastics, glasses and lacquers; one near 1 has no highlight that could be mended.
 const USUAL_IOR: f64 = 1.5;
-/// Debiased loss per observation that a right model stays below, whatever the samples.
+/// Reduced chi-square that a right model stays below, whatever the samples.
 const GOOD: f64 = 1.2;
 
 /// The better of `first` and what `descend` reaches from another roughness, where `first` does not explain the photos;
@@ -25,7 +25,7 @@ pub(super) fn improve(
     let space = objective.space;
     let rough = space.of_key("roughness");
     let reached = objective.normal(&first.position, first.samples)?;
-    if rough.is_empty() || reached.debiased_loss() <= GOOD {
+    if rough.is_empty() || reached.total.reduced_chi_square() <= GOOD {
         return Ok(first);
     }
     let others: Vec<bool> = (0..space.len()).map(|i| !rough.contains(&i)).collect();
@@ -38,14 +38,14 @@ pub(super) fn improve(
             }
         }
         let normal = objective.normal(&u, first.samples)?;
-        let promise = normal.total.chi_square - normal.restricted(&others).spectrum().decrement();
+        let promise = normal.total.loss() - normal.restricted(&others).spectrum().decrement();
         if best.as_ref().is_none_or(|(b, _)| promise < *b) {
             best = Some((promise, u));
         }
     }
     let Some((_, start)) = best else { return Ok(first) };
     let second = descend(start)?;
-    let lower = objective.normal(&second.position, second.samples)?.total.chi_square < reached.total.chi_square;
+    let lower = objective.normal(&second.position, second.samples)?.total.loss() < reached.total.loss();
     let better = if lower { second } else { first };
     objective.place(&better.position, better.samples);
     Ok(better)

@@ -33,7 +33,7 @@ pub(super) fn solve(objective: &Objective<'_>, samples: u32) -> Result<Vec<f64>,
     if scaled == start {
         return Ok(start);
     }
-    let lower = objective.normal(&scaled, samples)?.total.chi_square < physical.total.chi_square;
+    let lower = objective.normal(&scaled, samples)?.total.loss() < physical.total.loss();
     let best = if lower { scaled } else { start };
     objective.iteration_done(&best, samples)?;
     Ok(best)

@@ -2,7 +2,7 @@
 
 use super::{Outcome, Schedule, restart, scale};
 use crate::Options;
-use crate::normal::{Normal, count};
+use crate::normal::Normal;
 use crate::objective::{Objective, Stopped};
 
 /// Step left, in standard errors, with which a search without curvature may end.
@@ -29,17 +29,13 @@ pub(super) fn run(objective: &Objective<'_>, options: &Options, search: &mut Sea
         let after = objective.movable(&u, samples)?;
         objective.place(&u, samples);
         let out_of_iterations = objective.iteration_count() >= options.iterations();
-        match schedule.next(samples, &after) {
+        let uncertainty = objective.uncertainty(&u, samples)?;
+        match schedule.next(samples, &uncertainty) {
             Some(more) if !out_of_iterations => samples = more,
             _ => {
-                let left = after.spectrum().decrement() / (count(u.len() as u64).max(1.0) * after.misfit());
+                let left = uncertainty.longest(after.spectrum().step(0.0).as_slice());
                 let tolerance = options.tolerance.max(TOLERANCE);
-                return Ok(Outcome {
-                    evaluated: u.clone(),
-                    position: u,
-                    samples,
-                    converged: left <= tolerance * tolerance,
-                });
+                return Ok(Outcome { evaluated: u.clone(), position: u, samples, converged: left <= tolerance });
             }
         }
     }

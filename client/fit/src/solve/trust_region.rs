@@ -6,8 +6,9 @@
 //! loss's standard error allows, and else by Newton's decrement, which the noise of the weights does not reach.
 
 use super::schedule::Schedule;
-use crate::normal::{Normal, Spectrum, count};
+use crate::normal::{Normal, Spectrum};
 use crate::objective::{Objective, Stopped};
+use crate::uncertainty::Uncertainty;
 use crate::{Space, Transform};
 use argmin::core::{Error, IterState, KV, Problem, Solver, TerminationReason, TerminationStatus};
 use nalgebra::DVector;
@@ -29,13 +30,10 @@ pub(super) enum Goal {
 const FIRST_RADIUS: f64 = 1.0;
 const LARGEST_RADIUS: f64 = 4.0;
 const SMALLEST_RADIUS: f64 = 1e-3;
-/// Squared step left, per parameter, in standard errors, from which on the model is as good as linear.
-const NEAR: f64 = 9.0;
+/// Longest part of the step left, in reported standard errors, from which on the model is as good as linear.
+const NEAR: f64 = 3.0;
 /// Undamped step, as a part of each coordinate's reach, from which on it is so too, however small the errors are.
 const SHORT: f64 = 0.1;
-/// What is left of a short step after it is about this part of it: the curvature over it, and the noise of the
-/// derivatives. Path-traced captures at 64 samples per pixel left 0.005 to 0.04 of steps of 3 to 7 standard errors.
-const REMAINDER: f64 = 0.04;
 /// A parameter without natural scale moves, within a radius of one, no further than changes the observations by this
 /// many standard deviations in the root mean square.
 const VISIBLE: f64 = 10.0;
@@ -50,6 +48,8 @@ pub(super) struct TrustRegion<'c> {
     pub samples: &'c Cell<u32>,
     radius: f64,
     here: Option<Here>,
+    /// Samples and step left at the last point that a step was taken from.
+    before: Option<(u32, f64)>,
     verdict: Option<bool>,
 }
 
@@ -58,6 +58,7 @@ struct Here {
     u: Vec<f64>,
     normal: Normal,
     spectrum: Spectrum,
+    uncertainty: Uncertainty,
     reach: Vec<f64>,
 }
 
@@ -65,12 +66,13 @@ impl Here {
     fn at(objective: &Objective<'_>, u: Vec<f64>, samples: u32) -> Result<Self, Stopped> {
         let normal = objective.movable(&u, samples)?;
         let (spectrum, reach) = (normal.spectrum(), reach(objective.space, &normal));
-        Ok(Self { u, normal, spectrum, reach })
+        let uncertainty = objective.uncertainty(&u, samples)?;
+        Ok(Self { u, normal, spectrum, uncertainty, reach })
     }
 
-    /// The square of the step left, per parameter, in standard errors of an estimate with this misfit.
+    /// The longest part of the step left, in the standard errors that are reported.
     fn left(&self) -> f64 {
-        self.spectrum.decrement() / (count(self.u.len() as u64).max(1.0) * self.normal.misfit())
+        self.uncertainty.longest(self.spectrum.step(0.0).as_slice())
     }
 
     /// Whether the undamped step is short.
@@ -84,13 +86,13 @@ impl Here {
     }
 
     fn cost(&self) -> f64 {
-        0.5 * (self.normal.total.chi_square - self.normal.observations())
+        0.5 * (self.normal.total.loss() - self.normal.total.noise_floor)
     }
 }
 
 impl<'c> TrustRegion<'c> {
     pub fn new(goal: Goal, schedule: Schedule, tolerance: f64, samples: &'c Cell<u32>) -> Self {
-        Self { goal, schedule, tolerance, samples, radius: FIRST_RADIUS, here: None, verdict: None }
+        Self { goal, schedule, tolerance, samples, radius: FIRST_RADIUS, here: None, before: None, verdict: None }
     }
 
     /// Whether the run has ended because the step left is small enough.
@@ -100,13 +102,17 @@ impl<'c> TrustRegion<'c> {
 
     /// Ends the run if the goal is met or cannot be.
     fn judge(&mut self, here: &Here) {
-        let more = self.schedule.next(self.samples.get(), &here.normal).is_some();
-        let last = self.tolerance / REMAINDER;
+        let more = self.schedule.next(self.samples.get(), &here.uncertainty).is_some();
+        let left = here.left();
+        // Steps shrink by a factor that the last two of one sample count show: what the next leaves is known before it is taken.
+        let shrinks = match self.before {
+            Some((samples, before)) if samples == self.samples.get() && before > 0.0 => (left / before).min(1.0),
+            _ => 1.0,
+        };
         match self.goal {
             Goal::Descend if here.is_near() => self.verdict = Some(true),
             Goal::Polish if more => {}
-            Goal::Polish if here.is_short() && here.left() <= last * last => self.verdict = Some(true),
-            Goal::Polish if here.left() <= self.tolerance * self.tolerance => self.verdict = Some(true),
+            Goal::Polish if here.is_near() && left * shrinks <= self.tolerance => self.verdict = Some(true),
             _ if self.radius < SMALLEST_RADIUS => self.verdict = Some(false),
             _ => {}
         }
@@ -116,28 +122,29 @@ impl<'c> TrustRegion<'c> {
     fn advance(&mut self, objective: &Objective<'_>, here: Here) -> Result<Here, Stopped> {
         let samples = self.samples.get();
         if self.radius < SMALLEST_RADIUS
-            && let Some(more) = self.schedule.next(samples, &here.normal)
+            && let Some(more) = self.schedule.next(samples, &here.uncertainty)
         {
             // Stuck in this sample count's noise; the next has less.
             self.samples.set(more);
             self.radius = FIRST_RADIUS;
             return Here::at(objective, here.u, more);
         }
+        self.before = Some((samples, here.left()));
         let step = bounded_step(&here.spectrum, &here.reach, self.radius);
         let u = objective.space.retract(&here.u, step.as_slice());
         // A step of a few standard errors needs no test: it is taken on the way to the next samples, so that no
         // evaluation is spent on converging to what this sample count's noise has made of the minimum.
         if self.goal == Goal::Polish
             && here.is_near()
-            && let Some(more) = self.schedule.next(samples, &here.normal)
+            && let Some(more) = self.schedule.next(samples, &here.uncertainty)
         {
             self.samples.set(more);
             return Here::at(objective, u, more);
         }
         let there = Here::at(objective, u, samples)?;
         let promised = -(2.0 * here.normal.gradient.dot(&step) + step.dot(&(&here.normal.matrix * &step)));
-        let decrease = here.normal.total.chi_square - there.normal.total.chi_square;
-        let noise = 2.0 * (here.normal.total.loss_variance + there.normal.total.loss_variance).max(0.0).sqrt();
+        let decrease = here.normal.total.loss() - there.normal.total.loss();
+        let noise = 2.0 * (here.normal.total.loss_variance() + there.normal.total.loss_variance()).max(0.0).sqrt();
         let calmer = there.spectrum.decrement() < here.spectrum.decrement();
         let accepted = decrease > 0.01 * promised.abs() || (decrease > -noise && calmer);
         let size = step.iter().zip(&here.reach).map(|(s, r)| s.abs() / r).fold(0.0, f64::max);

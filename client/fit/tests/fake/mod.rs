@@ -73,7 +73,12 @@ impl Fake {
 
     fn compare(&self, request: &EvaluationRequest, model: &Capture, photo: usize) -> PhotoStatistics {
         let side = request.columns.len() + 1;
-        let mut sums = PhotoStatistics { photo, gram: vec![0.0; side * side], ..PhotoStatistics::default() };
+        let mut sums = PhotoStatistics {
+            photo,
+            gram: vec![0.0; side * side],
+            noise: vec![0.0; side * side],
+            ..PhotoStatistics::default()
+        };
         let moved: Vec<(Capture, Capture, f64)> = request
             .columns
             .iter()
@@ -94,11 +99,14 @@ impl Fake {
         };
         let pixels = self.pixels[photo].len();
         let factors: Vec<[f64; 2]> = (0..pixels).map(|i| [factor(i, 0), factor(i, 1)]).collect();
-        let own: Vec<f64> = factors.iter().map(|[a, b]| 0.25 * (a - b) * (a - b)).collect();
         for (i, pixel) in self.pixels[photo].iter().enumerate() {
-            // As the coordinator does it: render variance from the neighbours, without the pixel itself.
+            let mut pixel_moves = vec![0.0; side];
+            // As the coordinator does it: how large a pixel's noise is, from its neighbours.
             let (from, to) = (i.saturating_sub(12), (i + 13).min(pixels));
-            let relative = (own[from..to].iter().sum::<f64>() - own[i]) / (to - from - 1) as f64;
+            let around = |c: usize| {
+                let sum: f64 = self.photos[photo][from..to].iter().map(|p| p[c]).sum();
+                (sum - self.photos[photo][i][c]) / (to - from - 1) as f64
+            };
             let clean = pixel.value(model, photo);
             let slopes: Vec<[f64; 3]> = moved
                 .iter()
@@ -115,26 +123,40 @@ impl Fake {
                     row.extend(slopes.iter().map(|s| f * s[c]));
                     row
                 });
-                self.add(&mut sums, &halves, y, relative * clean[c] * clean[c], &model.sensor);
+                self.add(&mut sums, &halves, y, model.sensor.variance(around(c)), &model.sensor, &mut pixel_moves);
+            }
+            for (i, a) in pixel_moves.iter().enumerate() {
+                for (j, b) in pixel_moves.iter().enumerate() {
+                    sums.noise[i * side + j] += a * b;
+                }
             }
         }
         sums
     }
 
-    fn add(&self, sums: &mut PhotoStatistics, halves: &[Vec<f64>; 2], y: f64, render: f64, sensor: &Sensor) {
+    fn add(
+        &self,
+        sums: &mut PhotoStatistics,
+        halves: &[Vec<f64>; 2],
+        y: f64,
+        variance: f64,
+        sensor: &Sensor,
+        moves: &mut [f64],
+    ) {
         let [a, b] = halves;
         let mean: Vec<f64> = a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect();
-        let variance = sensor.variance(mean[0] + y) + render;
+        let half: Vec<f64> = a.iter().zip(b).map(|(a, b)| 0.5 * (a - b)).collect();
         for i in 0..a.len() {
             for j in 0..a.len() {
                 let product = if self.plain { mean[i] * mean[j] } else { 0.5 * (a[i] * b[j] + b[i] * a[j]) };
                 sums.gram[i * a.len() + j] += product / variance;
             }
+            moves[i] += (mean[i] * half[0] + half[i] * mean[0]) / variance;
         }
         sums.observations += 1;
-        sums.chi_square += mean[0] * mean[0] / variance;
-        sums.loss_variance += (4.0 * mean[0] * mean[0] * render + 4.0 * render * render) / (variance * variance);
-        sums.squared_error += mean[0] * mean[0];
+        sums.noise_floor += sensor.variance(y) / variance;
+        sums.render_noise += half[0] * half[0] / variance;
+        sums.squared_error += a[0] * b[0];
         sums.log_variance += variance.ln_();
         sums.peak = sums.peak.max(y);
     }

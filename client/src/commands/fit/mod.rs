@@ -1,9 +1,12 @@
 //! `gonio fit`: from a capture to estimates, a fitted capture and a report.
 
+mod accuracy;
+mod large;
 mod pictures;
+mod residuals;
 
 use super::{check, command, open};
-use crate::arguments::FitArguments;
+use crate::arguments::{FitArguments, Pixels};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::interrupt::Interrupt;
@@ -11,17 +14,22 @@ use crate::output::{Output as Folder, tell, to_json, to_pretty_json};
 use crate::progress::{Console, FitConsole};
 use crate::relocate::relocate;
 use crate::watch::{Live, Watch};
+use accuracy::Verdict;
 use gonio::farm::OpenCapture;
 use gonio::report::Report;
 use gonio_fit::{Checkpoint, FitEvent, FitResult, Options};
 use gonio_scene::capture::CAPTURE_FILE;
-use gonio_scene::{Capture, Photograph};
+use gonio_scene::{Capture, Values};
 use pictures::Pictures;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 const RESULT: &str = "fit.json";
 const REPORT: &str = "report.html";
 const CHECKPOINT: &str = "checkpoint.json";
+
+/// What stands for the chosen pixels among the files that a checkpoint belongs to.
+const CHOSEN: &str = "the pixels chosen by --pixels and --seed";
 
 /// Samples per pixel that a fit begins with, where it may take as many.
 const FIRST_SAMPLES: u32 = 4;
@@ -37,44 +45,107 @@ pub fn run(arguments: &FitArguments) -> Result<(), Failure> {
     let mut input = Input::open(&arguments.capture)?;
     free(&mut input.capture, arguments)?;
     // All of them, the held-out too: an hour's fit should not end at a photo that cannot be read.
-    for target in input.capture.targets() {
-        Photograph::of(&input.capture, target, &input.files)?;
+    let wanted = wanted(&input.capture, arguments);
+    let mut photos = BTreeMap::new();
+    if wanted.is_some() {
+        photos = large::look(&input.capture, &input.files)?;
+    } else {
+        for target in input.capture.targets() {
+            Values::of(&input.capture, target, &input.files)?;
+        }
+    }
+    let chosen = Chosen { wanted, photos };
+    let mut written = [CAPTURE_FILE, RESULT, REPORT, CHECKPOINT].map(str::to_owned).to_vec();
+    if arguments.residuals {
+        written.extend(input.capture.photos.iter().map(|photo| residuals::name(photo.name())));
     }
     check::warn_before(&input.capture, &input.files);
-    let written = [CAPTURE_FILE, RESULT, REPORT, CHECKPOINT].map(str::to_owned);
     let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;
     let mut console = Console::new(arguments.farm.json);
     let watch = Watch::open(&arguments.watch, ("Fit", &input.capture.name), &interrupt, &console)?;
-    let done = work(arguments, &input, &folder, &mut console, &interrupt, &watch);
+    let done = work(arguments, &input, &chosen, &folder, &mut console, &interrupt, &watch);
     watch.end(&done);
     done
+}
+
+/// What a fit compares of a capture of more pixels than it needs.
+struct Chosen {
+    /// How many pixels; absent, all of them.
+    wanted: Option<u64>,
+    /// The photos as they are shown, where not all pixels are compared.
+    photos: BTreeMap<usize, Values>,
+}
+
+/// How many pixels are compared: what is asked for, or all of a small capture and many of a large one. Absent: all.
+fn wanted(capture: &Capture, arguments: &FitArguments) -> Option<u64> {
+    let pixels = gonio_design::pixels(capture);
+    match arguments.pixels {
+        Pixels::All => None,
+        Pixels::Some(wanted) => Some(wanted).filter(|wanted| *wanted < pixels),
+        Pixels::AsNeeded if arguments.accuracy.is_some() => Some(accuracy::PILOT).filter(|pilot| *pilot < pixels),
+        Pixels::AsNeeded => (pixels > gonio_design::ALL_UP_TO).then_some(gonio_design::MANY),
+    }
 }
 
 fn work(
     arguments: &FitArguments,
     input: &Input,
+    chosen: &Chosen,
     folder: &Folder,
     console: &mut Console,
     interrupt: &Interrupt,
     watch: &Watch,
 ) -> Result<(), Failure> {
-    let mut options = options(arguments, folder)?;
     let mut farm = open(&arguments.farm, input)?;
-    options.files = farm.files().map(|(path, digest)| (path.to_owned(), digest.to_string())).collect();
-
-    let live = Live::start(watch, &input.capture, &input.files, &farm);
-    let result = fit(
-        &input.capture,
-        &mut farm,
-        &options,
-        &mut |event| {
-            watch.fit(event);
-            live.note(event);
-            interrupt.flow()
-        },
-        console,
-    )?;
-    drop(live);
+    let mut options = options(arguments, folder)?;
+    let mut result = None;
+    let mut pixels = chosen.wanted;
+    let all = gonio_design::pixels(&input.capture);
+    for round in 1..=accuracy::ROUNDS {
+        if let Some(wanted) = pixels {
+            let design = large::design(&input.capture, &input.files, &farm, arguments.seed, wanted)?;
+            farm = farm.with_design(&design)?;
+        }
+        options.files = farm.files().map(|(path, digest)| (path.to_owned(), digest.to_string())).collect();
+        // Other pixels make another fit, as other photos do.
+        options.files.extend(farm.design().map(|digest| (CHOSEN.to_owned(), digest.to_string())));
+        let live = Live::start(watch, &input.capture, &input.files, &farm);
+        let fitted = fit(
+            &input.capture,
+            &mut farm,
+            &options,
+            &mut |event| {
+                watch.fit(event);
+                live.note(event);
+                interrupt.flow()
+            },
+            console,
+        )?;
+        let judged =
+            arguments.accuracy.zip(pixels).map(|(wanted, pixels)| (accuracy::judge(&fitted, wanted, pixels), wanted));
+        options.start = fitted.parameters.iter().map(|p| (p.name.clone(), p.value)).collect();
+        result = Some(fitted);
+        match judged {
+            Some((Verdict::Needs(more), wanted))
+                if round < accuracy::ROUNDS && pixels < Some(all) && !interrupt.is_asked() =>
+            {
+                console.line(&format!("an accuracy of {wanted} needs about {more} pixels"));
+                pixels = Some(more.min(all));
+            }
+            Some((Verdict::Needs(_), wanted)) => {
+                console.line(&format!("an accuracy of {wanted} was not reached"));
+                break;
+            }
+            Some((Verdict::Disagree(error), _)) => {
+                console.line(&format!(
+                    "the scatter between photos allows a relative error of {error:.1e}, whatever the pixels"
+                ));
+                break;
+            }
+            Some((Verdict::Reached, _)) | None => break,
+        }
+    }
+    let result = result.ok_or_else(|| Failure::Failed("there was no fit".to_owned()))?;
     watch.result(&result);
     let fitted = result.apply(&input.capture)?;
     write_capture(&fitted, input, folder)?;
@@ -83,12 +154,18 @@ fn work(
         Ok(Pictures::default())
     } else {
         watch.phase("Rendering the report's pictures");
-        pictures::panels(&fitted, &input.files, &mut farm, &result, console, interrupt)
+        pictures::all(&fitted, &input.files, &mut farm, &result, &chosen.photos, console, interrupt)
     };
-    let samples = pictures::samples(&fitted, &result);
+    let whole = chosen.photos.is_empty();
+    let samples = if whole { pictures::samples(&fitted, &result) } else { large::SAMPLES };
     let none = Pictures::default();
     write_report(folder, &result, panels.as_ref().unwrap_or(&none), samples)?;
     watch.panels(&fitted, &panels.as_ref().unwrap_or(&none).photos);
+    if arguments.residuals && !interrupt.is_asked() {
+        watch.phase("Rendering the residuals");
+        let flow = || interrupt.flow();
+        residuals::write(&fitted, &input.files, &mut farm, &result, folder, console, &flow)?;
+    }
     console.end();
     if arguments.farm.json {
         tell(&to_json(&result)?);

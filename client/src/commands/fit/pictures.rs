@@ -1,15 +1,18 @@
 //! The report's pictures: every photo rendered once more, at the fitted values, with all of its pixels.
 
 use super::super::{batches, photo_pixels};
+use super::large;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
+use gonio::farm::OpenCapture;
 use gonio::report::{Panel, ReflectancePanel};
 use gonio_fit::{Evaluate, FitResult};
 use gonio_scene::capture::Target;
 use gonio_scene::files::DirectoryFiles;
 use gonio_scene::reflectance::Directions;
-use gonio_scene::{Capture, EvaluationRequest, Output, Photograph};
+use gonio_scene::{Capture, EvaluationRequest, Output, Photograph, Values};
+use std::collections::BTreeMap;
 
 /// What a report shows of a fit.
 #[derive(Debug, Default)]
@@ -32,11 +35,32 @@ pub(super) fn samples(capture: &Capture, result: &FitResult) -> u32 {
 }
 
 /// A panel for each photo, and file of reflectance, of the `fitted` capture, the held-out included: no value follows from them any more.
+/// `small` are the photos of a capture of which not all pixels were compared: those are rendered small.
 ///
 /// # Errors
 /// The farm fails, a photograph has changed since, Ctrl-C.
-pub(super) fn panels(
+pub(super) fn all(
     fitted: &Capture,
+    files: &DirectoryFiles,
+    farm: &mut OpenCapture,
+    result: &FitResult,
+    small: &BTreeMap<usize, Values>,
+    console: &mut Console,
+    interrupt: &Interrupt,
+) -> Result<Pictures, Failure> {
+    let targets: Vec<usize> = (0..fitted.targets().count()).filter(|target| !small.contains_key(target)).collect();
+    let mut pictures = panels(fitted, &targets, files, farm, result, console, interrupt)?;
+    if !small.is_empty() {
+        console.begin("pictures");
+        let flow = || interrupt.flow();
+        pictures.photos.extend(large::panels(fitted, files, farm, result, small, console, &flow)?);
+    }
+    Ok(pictures)
+}
+
+fn panels(
+    fitted: &Capture,
+    photos: &[usize],
     files: &DirectoryFiles,
     farm: &mut dyn Evaluate,
     result: &FitResult,
@@ -48,10 +72,9 @@ pub(super) fn panels(
         .iter()
         .flat_map(|parameter| parameter.numbers(parameter.value).collect::<Vec<_>>())
         .collect();
-    let photos: Vec<usize> = (0..fitted.targets().count()).collect();
     let mut pictures = Pictures::default();
     let mut done = 0;
-    for batch in batches(fitted, &photos) {
+    for batch in batches(fitted, photos) {
         let request = EvaluationRequest {
             numbers: numbers.clone(),
             columns: Vec::new(),

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::progress::count;
 use gonio::farm::OpenCapture;
 use gonio_fit::{Evaluate, EvaluateError};
-use gonio_scene::{EvaluationRequest, Output};
+use gonio_scene::{EvaluationRequest, Output, Stream};
 use gonio_sweep::Batch;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -42,7 +42,7 @@ pub(super) fn rate(
             numbers: runner.plan.numbers(frame),
             photos: vec![frame.photo],
             samples: (affordable / 2 * 2).clamp(2, runner.plan.samples),
-            seed: frame.seed,
+            seed: Stream::Render.seed(frame.seed),
             output: Output::Films,
             ..EvaluationRequest::default()
         };

@@ -9,7 +9,7 @@ use crate::interrupt::Interrupt;
 use crate::progress::SweepConsole;
 use gonio::farm::{Farm, FarmError, OpenCapture};
 use gonio_fit::{Evaluate, EvaluateError};
-use gonio_scene::{Evaluation, EvaluationRequest, Output as Wanted};
+use gonio_scene::{Evaluation, EvaluationRequest, Output as Wanted, Stream};
 use gonio_sweep::{Batch, FrameDigest, Output, Plan, Record};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -136,7 +136,7 @@ impl Runner<'_> {
             numbers: self.plan.numbers(first),
             photos: frames.iter().map(|frame| frame.photo).collect(),
             samples: self.plan.samples,
-            seed: first.seed,
+            seed: Stream::Render.seed(first.seed),
             output: Wanted::Films,
             ..EvaluationRequest::default()
         };

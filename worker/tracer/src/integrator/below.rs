@@ -5,7 +5,8 @@
 //! them is where the path goes on if it goes below.
 
 use super::probe::{self, Entry, MOST};
-use super::{ALL_LIGHTS, Carrier, ROULETTE_FROM, SURVIVAL, Tally, World, power};
+use super::roulette::survival;
+use super::{ALL_LIGHTS, Carrier, Tally, World, power};
 use crate::bvh::Ray;
 use crate::geometry::Surface;
 use crate::light::LightSample;
@@ -135,14 +136,11 @@ impl Bounce<'_> {
             return None;
         }
         *proposed *= self.guide_value(&way, leaving) / pdf;
-        let mut survival = 1.0;
-        if self.bounce >= ROULETTE_FROM {
-            survival = proposed.max_element().clamp(0.05, SURVIVAL);
-            if roulette >= survival {
-                return None;
-            }
-            *proposed /= survival;
+        let survival = survival(self.bounce, *proposed);
+        if roulette >= survival {
+            return None;
         }
+        *proposed /= survival;
         let weight = 1.0 / (pdf * survival);
         let value = self.value(&way, leaving) * weight;
         carrier.derivatives.iter_mut().for_each(|derivative| *derivative *= value);
@@ -209,8 +207,7 @@ impl Bounce<'_> {
             return;
         }
         let shadow = way.from.ray_to(sample.direction, sample.distance);
-        let blocked = self.world.geometry.occluded(&shadow)
-            || self.world.lights.sphere(shadow.origin, shadow.direction, shadow.t_max).is_some();
+        let blocked = self.world.geometry.occluded(&shadow) || self.world.lights.in_the_way(&shadow);
         if blocked {
             return;
         }

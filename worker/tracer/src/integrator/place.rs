@@ -1,4 +1,4 @@
-//! The surfaces that a block of paths has come to, and the lamps as seen from there: what shading them side by side needs.
+//! The surfaces that a block of paths has come to, and the lights as seen from there: what shading them side by side needs.
 
 // Several arrays at one index read better than nested zips.
 #![allow(clippy::needless_range_loop)]
@@ -7,8 +7,9 @@ use crate::basis::Basis;
 use crate::bsdf::Bsdf;
 use crate::bvh::Hits;
 use crate::geometry::{Geometry, Surfaces};
-use crate::light::Lamp;
-use crate::vectors::{BLOCK, Lanes, Vectors, positive};
+use crate::light::{Lamp, PhotoLights};
+use crate::vectors::{BLOCK, Lanes, Vectors, lanes, positive};
+use glam::Vec2;
 
 /// Surfaces of one material, side by side.
 pub struct Place {
@@ -48,21 +49,51 @@ impl Place {
     }
 }
 
-/// How a lamp lights a block.
+/// How a light lights a block.
 pub struct Lit {
     pub direction: Vectors,
-    /// 0 where the lamp is at the point itself.
+    /// 0 where no light comes from: the lamp is at the point itself, say.
     pub distance: Lanes,
     pub light: Vectors,
+    /// Density over solid angle; 0 for a lamp, which no other strategy can hit.
+    pub pdf: Lanes,
 }
 
 impl Lit {
     /// Not at all.
-    pub const ZERO: Self = Self { direction: Vectors::ZERO, distance: [0.0; BLOCK], light: Vectors::ZERO };
+    pub const ZERO: Self =
+        Self { direction: Vectors::ZERO, distance: [0.0; BLOCK], light: Vectors::ZERO, pdf: [0.0; BLOCK] };
+
+    /// Sampled light number `index` as seen from the surfaces; `numbers` has two for each lane, which lamps do not look at.
+    #[inline(always)]
+    pub fn towards(&mut self, lights: &PhotoLights, index: usize, place: &Place, numbers: [&Lanes; 2]) {
+        if let Some(lamp) = lights.lamp(index) {
+            self.from(&lamp, &place.surfaces.position);
+            return;
+        }
+        self.distance = [0.0; BLOCK];
+        for lane in lanes(place.seen) {
+            self.sample(lights, index, place, lane, Vec2::new(numbers[0][lane], numbers[1][lane]));
+        }
+    }
+
+    /// The same of one lane.
+    #[inline(always)]
+    pub fn sample(&mut self, lights: &PhotoLights, index: usize, place: &Place, lane: usize, numbers: Vec2) {
+        let Some((sample, _)) = lights.sample(index, place.surfaces.position.get(lane), numbers) else {
+            self.distance[lane] = 0.0;
+            return;
+        };
+        self.direction.set(lane, sample.direction);
+        self.distance[lane] = sample.distance;
+        self.light.set(lane, sample.emission.value);
+        self.pdf[lane] = sample.pdf;
+    }
 
     /// The light of `lamp` at some positions.
     #[inline(always)]
-    pub fn from(&mut self, lamp: &Lamp, position: &Vectors) {
+    fn from(&mut self, lamp: &Lamp, position: &Vectors) {
+        self.pdf = [0.0; BLOCK];
         match lamp {
             Lamp::Point { position: place, intensity } => {
                 for lane in 0..BLOCK {
@@ -82,13 +113,5 @@ impl Lit {
                 }
             }
         }
-    }
-
-    /// Takes a lane from another.
-    #[inline(always)]
-    pub fn take(&mut self, other: &Self, lane: usize) {
-        self.direction.set(lane, other.direction.get(lane));
-        self.light.set(lane, other.light.get(lane));
-        self.distance[lane] = other.distance[lane];
     }
 }

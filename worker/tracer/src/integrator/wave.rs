@@ -5,12 +5,13 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::place::{Lit, Place};
-use super::{ROULETTE_FROM, SURVIVAL, Start, Tally, World, trace};
+use super::roulette::survival;
+use super::{Start, Tally, World, direct_weight, trace};
 use crate::bsdf::{Bsdf, Evaluations};
 use crate::bvh::{Bundle, Hits};
 use crate::sampler::{BLOCK, Keys, Sampler};
 use crate::vectors::{Lanes, Vectors, lanes, positive};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Fewer paths than this are quicker one by one.
 const FEW: usize = 4;
@@ -42,6 +43,9 @@ impl Waves {
     /// Takes a path from behind its first surface; one that blocks have no loops for is followed to its end at once.
     #[inline]
     pub fn push(&mut self, world: &World<'_>, path: Path, radiance: &mut [Vec3]) {
+        if world.lights.can_be_met() && arrives(world, &path.start, &mut radiance[path.slot]) {
+            return;
+        }
         if let Some(hit) = &path.start.hit {
             let shader = world.shader_of[world.geometry.object_of(hit.triangle)];
             if world.shaders[shader].many().is_some() {
@@ -75,6 +79,15 @@ impl Path {
     fn alone(&self, world: &World<'_>, radiance: &mut [Vec3]) {
         alone(world, self.start, self.sampler, &mut radiance[self.slot]);
     }
+}
+
+/// As [`Start::arrives`], where radiance alone is wanted.
+#[inline]
+pub fn arrives(world: &World<'_>, start: &Start, radiance: &mut Vec3) -> bool {
+    let mut tally = Tally { radiance: *radiance, derivatives: &mut [] };
+    let ends = start.arrives(world, &mut tally);
+    *radiance = tally.radiance;
+    ends
 }
 
 /// Follows one path to its end. `numbers` are the path's from the first on.
@@ -126,10 +139,10 @@ fn bounce_lanes(world: &World<'_>, bsdf: &Bsdf, paths: &[Path], radiance: &mut [
     let lights = world.lights.sampled();
     let pick = if lights == 0 { 1.0 } else { 1.0 / lights as f32 };
     if lights > 0 {
-        if lights > 1 {
+        if lights > 1 || world.lights.need_numbers() {
             keys.numbers(groups + 1, &mut towards);
         }
-        let lit = choose(world, &place, &towards[2]);
+        let lit = choose(world, &place, &towards);
         for lane in 0..BLOCK {
             wi.set(lane, place.basis(lane).local(lit.direction.get(lane)));
         }
@@ -138,8 +151,10 @@ fn bounce_lanes(world: &World<'_>, bsdf: &Bsdf, paths: &[Path], radiance: &mut [
         let used = place.seen & found.value.nonzero() & positive(&wi.z) & positive(&lit.distance);
         place.surfaces.rays_to(&lit.direction, &lit.distance, &mut rays);
         for lane in lanes(used) {
-            if !world.geometry.occluded(&rays.ray(lane)) {
-                let light = found.value.get(lane) * (1.0 / pick) * lit.light.get(lane);
+            let shadow = rays.ray(lane);
+            if !world.geometry.occluded(&shadow) && !world.lights.in_the_way(&shadow) {
+                let weight = direct_weight(lit.pdf[lane], pick, Some(found.pdf[lane]));
+                let light = found.value.get(lane) * weight * lit.light.get(lane);
                 radiance[paths[lane].slot] += throughput.get(lane) * light;
             }
         }
@@ -153,13 +168,9 @@ fn bounce_lanes(world: &World<'_>, bsdf: &Bsdf, paths: &[Path], radiance: &mut [
     for lane in 0..BLOCK {
         let (value, pdf) = (found.value.get(lane), found.pdf[lane]);
         let mut through = proposed.get(lane) * (value / pdf);
-        let mut survival = 1.0;
-        if bounce >= ROULETTE_FROM {
-            survival = through.max_element().clamp(0.05, SURVIVAL);
-            through /= survival;
-        }
-        let ends = (bounce >= ROULETTE_FROM) & (numbers[3][lane] >= survival);
-        used &= !(u32::from(ends) << lane);
+        let survival = survival(bounce, through);
+        through /= survival;
+        used &= !(u32::from(numbers[3][lane] >= survival) << lane);
         proposed.set(lane, through);
         throughput.set(lane, throughput.get(lane) * (value * (1.0 / (pdf * survival))));
         leaving.set(lane, place.basis(lane).world(wi.get(lane)));
@@ -171,7 +182,7 @@ fn bounce_lanes(world: &World<'_>, bsdf: &Bsdf, paths: &[Path], radiance: &mut [
     }
     let mut next = Hits::NONE;
     world.geometry.closest_stream(&rays, &mut next);
-    let alive = if world.lights.has_environments() { rays.used } else { rays.used & next.found() };
+    let alive = if world.lights.can_be_met() { rays.used } else { rays.used & next.found() };
     for lane in lanes(alive) {
         let start = Start {
             ray: rays.ray(lane),
@@ -181,28 +192,24 @@ fn bounce_lanes(world: &World<'_>, bsdf: &Bsdf, paths: &[Path], radiance: &mut [
             proposed: proposed.get(lane),
             arrival: Some((found.pdf[lane], pick)),
             groups: groups + 2,
+            branch: 0,
         };
         waves.push(world, Path { start, ..paths[lane] }, radiance);
     }
 }
 
-/// The lamp that each path's number chooses, which there must be.
+/// The light that each path's third number chooses, which there must be, by its first two.
 #[inline(always)]
-fn choose(world: &World<'_>, place: &Place, numbers: &Lanes) -> Lit {
+fn choose(world: &World<'_>, place: &Place, numbers: &[Lanes; 4]) -> Lit {
     let lights = world.lights.sampled();
-    let (mut all, mut one) = (Lit::ZERO, Lit::ZERO);
-    for index in 0..lights {
-        let Some(lamp) = world.lights.lamp(index) else { continue };
-        if lights == 1 {
-            all.from(&lamp, &place.surfaces.position);
-        } else {
-            one.from(&lamp, &place.surfaces.position);
-            for lane in 0..BLOCK {
-                if ((numbers[lane] * lights as f32) as usize).min(lights - 1) == index {
-                    all.take(&one, lane);
-                }
-            }
-        }
+    let mut lit = Lit::ZERO;
+    if lights == 1 {
+        lit.towards(world.lights, 0, place, [&numbers[0], &numbers[1]]);
+        return lit;
     }
-    all
+    for lane in lanes(place.seen) {
+        let index = ((numbers[2][lane] * lights as f32) as usize).min(lights - 1);
+        lit.sample(world.lights, index, place, lane, Vec2::new(numbers[0][lane], numbers[1][lane]));
+    }
+    lit
 }

@@ -86,23 +86,19 @@ impl EnvironmentMap {
         (i, j, y - i as f32, (x - j as f32).clamp(0.0, 1.0), sin)
     }
 
-    /// Radiance from a unit direction (of looking, from the centre outwards).
+    /// Radiance from a unit direction (of looking, from the centre outwards), and the density over solid angle with which
+    /// [`EnvironmentMap::sample`] chooses it.
     #[must_use]
-    pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        let (i, j, down, right, _) = self.locate(direction);
+    pub fn seen(&self, direction: Vec3) -> (Vec3, f32) {
+        let (i, j, down, right, sin) = self.locate(direction);
+        let pdf = if self.cells.is_empty() { 0.0 } else { self.density(i, j, sin) };
+        (self.radiance(i, j, down, right), pdf)
+    }
+
+    fn radiance(&self, i: usize, j: usize, down: f32, right: f32) -> Vec3 {
         let top = self.node(i, j).lerp(self.node(i, j + 1), right);
         let bottom = self.node(i + 1, j).lerp(self.node(i + 1, j + 1), right);
         top.lerp(bottom, down)
-    }
-
-    /// Density over solid angle with which [`EnvironmentMap::sample`] chooses a unit direction.
-    #[must_use]
-    pub fn pdf(&self, direction: Vec3) -> f32 {
-        if self.cells.is_empty() {
-            return 0.0;
-        }
-        let (i, j, _, _, sin) = self.locate(direction);
-        self.density(i, j, sin)
     }
 
     fn density(&self, i: usize, j: usize, sin: f32) -> f32 {
@@ -110,9 +106,9 @@ impl EnvironmentMap {
         self.cells[i * self.width + j] * cells / (2.0 * PI * PI * sin.max(1e-6))
     }
 
-    /// A unit direction and its density; `None` where rounding met a cell without light.
+    /// A unit direction, the radiance from there and the direction's density; `None` where rounding met a cell without light.
     #[must_use]
-    pub fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
+    pub fn sample(&self, u: Vec2) -> Option<(Vec3, Vec3, f32)> {
         let (i, down) = invert(&self.rows, u.y);
         let (j, right) = invert(self.columns.get(i * self.width..(i + 1) * self.width)?, u.x);
         let polar = PI * (i as f32 + down) / (self.height - 1) as f32;
@@ -120,7 +116,8 @@ impl EnvironmentMap {
         let (sin, cos) = libm::sincosf(polar);
         let (sin_phi, cos_phi) = libm::sincosf(2.0 * PI * (0.5 - turn));
         let pdf = self.density(i, j, sin);
-        (pdf > 0.0 && pdf.is_finite()).then(|| (Vec3::new(cos_phi * sin, sin_phi * sin, cos), pdf))
+        let direction = Vec3::new(cos_phi * sin, sin_phi * sin, cos);
+        (pdf > 0.0 && pdf.is_finite()).then(|| (direction, self.radiance(i, j, down, right), pdf))
     }
 }
 
@@ -173,10 +170,10 @@ mod tests {
         }
         pixels[0..8].fill([5.0; 3]);
         let map = EnvironmentMap::new(&Image { width: 8, height: 5, pixels });
-        assert!((map.radiance(Vec3::X).x - 1.0).abs() < 1e-5);
-        assert!((map.radiance(Vec3::Y).x - 2.0).abs() < 1e-5);
-        assert!((map.radiance(Vec3::Z).x - 5.0).abs() < 1e-5);
-        assert_eq!(map.radiance(Vec3::NEG_Z).x, 0.0);
+        assert!((map.seen(Vec3::X).0.x - 1.0).abs() < 1e-5);
+        assert!((map.seen(Vec3::Y).0.x - 2.0).abs() < 1e-5);
+        assert!((map.seen(Vec3::Z).0.x - 5.0).abs() < 1e-5);
+        assert_eq!(map.seen(Vec3::NEG_Z).0.x, 0.0);
     }
 
     /// Chi-square over 32 x 16 bins of (azimuth, cos): 200 000 fixed-seed samples against the integrated density.
@@ -194,8 +191,10 @@ mod tests {
         let sampler = crate::sampler::PixelSampler::new(5, 0, 0, 0, 0);
         for k in 0..n {
             let u = sampler.sample(k).next4();
-            let Some((d, pdf)) = map.sample(Vec2::new(u[0], u[1])) else { continue };
-            assert!((map.pdf(d) / pdf - 1.0).abs() < 2e-2, "{} {pdf} {d}", map.pdf(d));
+            let Some((d, radiance, pdf)) = map.sample(Vec2::new(u[0], u[1])) else { continue };
+            let (seen, density) = map.seen(d);
+            assert!((density / pdf - 1.0).abs() < 2e-2, "{density} {pdf} {d}");
+            assert!((seen - radiance).length() < 1e-3 * (1.0 + seen.length()), "{seen} {radiance} {d}");
             observed[bin(d)] += 1.0;
         }
         let mut expected = vec![0.0f64; columns * rows];
@@ -208,7 +207,7 @@ mod tests {
                 let (sin, cos) = libm::sincosf(a);
                 let d = Vec3::new(s * cos, s * sin, z);
                 let area = 4.0 * std::f64::consts::PI / (rows * columns * fine * fine) as f64;
-                expected[bin(d)] += f64::from(map.pdf(d)) * area * f64::from(n);
+                expected[bin(d)] += f64::from(map.seen(d).1) * area * f64::from(n);
             }
         }
         let mass: f64 = expected.iter().sum::<f64>() / f64::from(n);

@@ -9,6 +9,7 @@ use lobe::LampLobe;
 pub use sphere::SphereLight;
 
 use crate::affine::{affine, rgb};
+use crate::bvh::Ray;
 use crate::planes::PlaneIndex;
 use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
 use gonio_scene::capture::{Frame, Light, LightKind, Photo};
@@ -84,6 +85,8 @@ pub struct PhotoLights {
     lights: Vec<PhotoLight>,
     /// Indices of those that can be sampled towards. A constant environment cannot: a surface's own sampling is better.
     sampled: Vec<usize>,
+    /// How many of these need no random number.
+    fixed: usize,
     spheres: Vec<usize>,
     /// Of intensity 0: there only for their derivatives.
     dark: Vec<usize>,
@@ -174,8 +177,7 @@ impl PhotoLight {
             }),
             Source::Constant { .. } => None,
             Source::Map { map, scale, to_map } => {
-                let (local, pdf) = map.sample(u)?;
-                let derivative = map.radiance(local);
+                let (local, derivative, pdf) = map.sample(u)?;
                 let emission = Emission { value: derivative * *scale, derivative };
                 Some(LightSample { direction: to_map.transpose() * local, distance: f32::INFINITY, emission, pdf })
             }
@@ -192,8 +194,8 @@ impl PhotoLight {
             }
             Source::Map { map, scale, to_map } => {
                 let local = *to_map * direction;
-                let derivative = map.radiance(local);
-                Some((Emission { value: derivative * *scale, derivative }, map.pdf(local), self.plane))
+                let (derivative, pdf) = map.seen(local);
+                Some((Emission { value: derivative * *scale, derivative }, pdf, self.plane))
             }
             _ => None,
         }
@@ -226,7 +228,10 @@ impl PhotoLights {
                 continue;
             }
             match &ready.source {
-                Source::Point { .. } | Source::Directional { .. } => this.sampled.push(index),
+                Source::Point { .. } | Source::Directional { .. } => {
+                    this.sampled.push(index);
+                    this.fixed += 1;
+                }
                 Source::Sphere(_) => {
                     this.sampled.push(index);
                     this.spheres.push(index);
@@ -272,18 +277,32 @@ impl PhotoLights {
         }
     }
 
-    /// Whether a ray can come upon a lamp.
+    /// Whether sampled light number `index` is the same for whatever random numbers.
     #[inline]
     #[must_use]
-    pub fn has_spheres(&self) -> bool {
-        !self.spheres.is_empty()
+    pub fn is_fixed(&self, index: usize) -> bool {
+        matches!(self.lights[self.sampled[index]].source, Source::Point { .. } | Source::Directional { .. })
     }
 
-    /// Whether light comes from infinity all around.
+    /// Whether a path can come upon a light: one that has an extent, or surrounds everything.
     #[inline]
     #[must_use]
-    pub fn has_environments(&self) -> bool {
-        !self.environments.is_empty()
+    pub fn can_be_met(&self) -> bool {
+        !self.spheres.is_empty() || !self.environments.is_empty()
+    }
+
+    /// Whether a sample towards one of the lights needs random numbers.
+    #[inline]
+    #[must_use]
+    pub fn need_numbers(&self) -> bool {
+        self.sampled.len() > self.fixed
+    }
+
+    /// Whether a lamp that has an extent blocks a shadow ray.
+    #[inline]
+    #[must_use]
+    pub fn in_the_way(&self, shadow: &Ray) -> bool {
+        self.sphere(shadow.origin, shadow.direction, shadow.t_max).is_some()
     }
 
     /// Number of lights of intensity 0 whose derivative is wanted.

@@ -1,6 +1,6 @@
 //! The Sobol points of many samples of one pixel at a time: the bits of `sobol_burley::sample_4d`, several times sooner.
 
-use super::{PixelSampler, SEQUENCE, SOBOL_GROUPS, Sampler, pcg4d, unit};
+use super::{PixelSampler, SEQUENCE, SOBOL_GROUPS, SPLIT, Sampler, pcg4d, unit};
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 use sobol_burley::sample_4d;
 use std::sync::LazyLock;
@@ -70,6 +70,43 @@ impl Block {
             return unsafe { points_avx2(start.index, group, start.scramble, used) };
         }
         points(start.index, group, start.scramble, used);
+    }
+}
+
+/// The numbers of the paths that go on from the first surfaces of [`BLOCK`] successive camera rays.
+#[derive(Debug, Clone, Copy)]
+pub struct Branches([Block; SPLIT as usize]);
+
+impl Branches {
+    /// Without any number.
+    #[must_use]
+    pub fn new() -> Self {
+        Self([Block::new(); SPLIT as usize])
+    }
+
+    /// Fills groups 1 to `groups` for the camera rays from `first` on.
+    pub fn fill(&mut self, pixel: &PixelSampler, first: u32, groups: u32) {
+        for (k, block) in self.0.iter_mut().enumerate() {
+            // Group 0 is the camera's, which nobody asks a branch for.
+            block.ready = 1;
+            let first = first.wrapping_mul(SPLIT).wrapping_add((k * BLOCK) as u32);
+            (0..groups).for_each(|_| block.fill(pixel, first, 4));
+        }
+    }
+
+    /// The block and the lane of path number `branch` from camera ray number `ray` of the block.
+    #[inline]
+    #[must_use]
+    pub fn of(&self, ray: usize, branch: u32) -> (&Block, usize) {
+        let path = ray * SPLIT as usize + branch as usize;
+        (&self.0[path / BLOCK % SPLIT as usize], path % BLOCK)
+    }
+
+    /// [`BLOCK`] paths side by side: the `part`-th of [`SPLIT`] such blocks.
+    #[inline]
+    #[must_use]
+    pub fn part(&self, part: usize) -> &Block {
+        &self.0[part]
     }
 }
 
@@ -145,6 +182,24 @@ impl Keys {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[test]
+    fn branches_give_the_numbers_of_single_samples() {
+        let pixel = PixelSampler::new(5, 2, 9, 7, 1);
+        let mut branches = Branches::new();
+        // The last block crosses into another scramble.
+        for first in [0, 16, 21, SEQUENCE / SPLIT - 5] {
+            branches.fill(&pixel, first, 2);
+            for (ray, branch) in (0..BLOCK).flat_map(|ray| (0..SPLIT).map(move |branch| (ray, branch))) {
+                let mut single = pixel.branch(first + ray as u32, branch);
+                let (block, lane) = branches.of(ray, branch);
+                let mut ready = single.from(block, lane);
+                single.skip();
+                ready.skip();
+                assert_eq!([single.next4(), single.next4()], [ready.next4(), ready.next4()]);
+            }
+        }
+    }
 
     #[test]
     fn keys_give_the_numbers_of_single_samples() {

@@ -135,7 +135,7 @@ fn column(capture: &Capture, columns: &[Parameter], index: usize, images: &[Vec<
 }
 
 /// Compares the columns of `names` with differences along the same paths, projected on the column of another seed: equal
-/// to 1 %.
+/// to 1 %, bumps to 2 %.
 fn check(keys: &str, names: &[&str]) {
     let capture = capture(keys);
     let stage = stage(&capture);
@@ -164,7 +164,10 @@ fn check(keys: &str, names: &[&str]) {
         let ratio = dot(&probe, &difference) / dot(&probe, &ours);
         println!("{}: {ratio:.4}", parameter.name);
         assert!(dot(&probe, &ours) > 0.0, "{}: the derivative is zero", parameter.name);
-        assert!((ratio - 1.0).abs() < 0.01, "{keys}{}: {ratio}", parameter.name);
+        // A bump carries samples across the horizon of shading normals: of 14 bumps on Lambert the ratios have a standard deviation of
+        // 0.5 %, where numbers without such jumps have 1.0000.
+        let bound = if parameter.name.contains(".bump.") { 0.02 } else { 0.01 };
+        assert!((ratio - 1.0).abs() < bound, "{keys}{}: {ratio}", parameter.name);
     }
 }
 

@@ -28,8 +28,9 @@ fn diagnose(files: &MemoryFiles, options: &Options) -> Diagnosed {
     let (before, after) = (d.base.fit.reduced_chi_square, d.last.fit.reduced_chi_square);
     println!("{:?} {:?}, chi-square {before:.3} -> {after:.3}, {:.1} s", d.verdict, named(d), d.seconds);
     for c in &d.candidates {
-        let gain = c.gain.unwrap_or(f64::NAN);
-        println!("  {}: promised {gain:.4}, {}", c.effect, c.refused_because.as_deref().unwrap_or("added"));
+        let [gain, error, p] = [c.gain, c.gain_standard_error, c.p_value].map(|x| x.unwrap_or(f64::NAN));
+        let why = c.refused_because.as_deref().unwrap_or("added");
+        println!("  {}: promised {gain:.4} +- {error:.4}, p {p:.1e}, {why}", c.effect);
     }
     done
 }

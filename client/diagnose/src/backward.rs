@@ -1,12 +1,12 @@
 //! The backward check: what was added first may be needless once the rest is there, as when one effect stood in for another.
 
-use crate::advance::{Advance, ERRORS};
+use crate::advance::Advance;
 use crate::model::Model;
 use crate::select::Addition;
 use crate::workshop::{Observer, Workshop, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 
-/// Tries to drop each part but the last, and drops what gains less than `least` or no more than chance; returns the model and the
+/// Tries to drop each part but the last, and drops what does not matter by the rule that added it; returns the model and the
 /// names of what it dropped.
 ///
 /// # Errors
@@ -26,8 +26,7 @@ pub fn backward(
         tell(observer, &DiagnoseEvent::Stage { text: format!("fitting without {name}") })?;
         let smaller = without(&model, k, options, workshop, observer)?;
         let advances = Advance::of(&smaller, &[&model], least, options, workshop, observer)?;
-        let missed = advances.iter().map(Advance::gain).any(|(gain, error)| gain >= least && gain >= ERRORS * error);
-        if !missed {
+        if !advances.iter().any(|advance| advance.matters(least)) {
             model = smaller;
             additions.remove(k);
             dropped.push(name);

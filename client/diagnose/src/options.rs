@@ -94,7 +94,7 @@ impl Options {
 
     /// Samples per pixel of score passes and of the fits that are compared with each other.
     pub(crate) fn search_samples(&self) -> u32 {
-        self.samples.min(32)
+        self.samples.min(64)
     }
 
     /// How the base is fitted: from its first guesses.

@@ -53,6 +53,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 19] = [
             "gonio-operations",
             "gonio-tracer",
             "gonio-fit",
+            "gonio-design",
             "gonio-diagnose",
             "gonio-sweep",
             "gonio-worker",

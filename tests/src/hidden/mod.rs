@@ -2,6 +2,7 @@
 //! making the effect. What that path samples inside the renderer is arithmetic on films here, or a mean of films, or
 //! another mesh.
 
+mod bench;
 mod diffusion;
 pub mod film;
 mod mesh;
@@ -15,6 +16,7 @@ mod vectors;
 mod workshop;
 mod world;
 
+pub use bench::Bench;
 pub use unit::{Unit, unit};
 pub use workshop::{InMemory, diagnosed, named};
 pub use world::HELD_OUT;
@@ -48,10 +50,7 @@ pub struct Hidden {
 pub fn hide(effects: &[(&str, f64)], seed: u64, samples: u32) -> Hidden {
     let mut world = World::new(seed);
     let (said, truth) = (world.guess(), world.capture.clone());
-    let mut files = MemoryFiles::default();
-    for (path, mesh) in &world.assets.meshes {
-        files.0.insert(path.clone(), write_ply(mesh).into());
-    }
+    let files = meshes(&world);
     let mut random = Random::new(seed, 2);
     let left: Vec<_> = effects.iter().filter(|(e, s)| !places::apply(e, *s, &mut world, &mut random)).collect();
     let mut films = None;
@@ -69,13 +68,27 @@ pub fn hide(effects: &[(&str, f64)], seed: u64, samples: u32) -> Hidden {
         assert!(pixels::apply(effect, *strength, &world, &mut films, &mut random), "{effect} is no effect");
     }
     let photos = pixels::noisy(&films, &world, &mut Random::new(seed, 3));
-    let (width, height) = (world.capture.camera.width, world.capture.camera.height);
+    photograph(&photos, said, files, truth)
+}
+
+/// A capture as it is said to be, with these photos beside its other files.
+fn photograph(photos: &Films, said: Capture, mut files: MemoryFiles, truth: Capture) -> Hidden {
+    let (width, height) = (said.camera.width, said.camera.height);
     for (photo, values) in said.photos.iter().zip(&photos.0) {
         let image = Image { width, height, pixels: values.iter().map(|v| v.map(|x| x as f32)).collect() };
         files.0.insert(photo.file.clone(), encode_exr(&photo.file, &image).unwrap().into());
     }
     files.0.insert(CAPTURE_FILE.to_owned(), Arc::from(said.to_toml().unwrap().as_bytes()));
     Hidden { files, truth }
+}
+
+/// The files of a world's meshes.
+fn meshes(world: &World) -> MemoryFiles {
+    let mut files = MemoryFiles::default();
+    for (path, mesh) in &world.assets.meshes {
+        files.0.insert(path.clone(), write_ply(mesh).into());
+    }
+    files
 }
 
 impl Hidden {

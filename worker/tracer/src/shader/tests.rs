@@ -134,8 +134,13 @@ fn column(capture: &Capture, columns: &[Parameter], index: usize, images: &[Vec<
     out
 }
 
+/// How far one bump's ratio may be from 1, and the mean of all bumps' ratios: a step carries some samples across the horizon of
+/// shading normals, which scatters the ratios and has no other effect. Over 40 seeds, four bumps' ratios had standard deviations of
+/// 0.2 to 1.5 % and means of 1.0002 to 1.0021, each within 2.2 of their errors. The mean of 80 has an error of about 0.1 %.
+const BUMPS_AGREE: [f64; 2] = [0.05, 0.005];
+
 /// Compares the columns of `names` with differences along the same paths, projected on the column of another seed: equal
-/// to 1 %, bumps to 2 %.
+/// to 1 %, bumps as [`BUMPS_AGREE`] says.
 fn check(keys: &str, names: &[&str]) {
     let capture = capture(keys);
     let stage = stage(&capture);
@@ -143,6 +148,7 @@ fn check(keys: &str, names: &[&str]) {
     let columns = capture.parameters(&names, &[]).unwrap();
     let with = stage.prepare(&[], &columns).unwrap();
     let (first, second) = (images(&with, &with, 1), images(&with, &with, 2));
+    let mut bumps = Vec::new();
     for (index, parameter) in columns.iter().enumerate() {
         let (ours, probe) = (column(&capture, &columns, index, &first), column(&capture, &columns, index, &second));
         let at = |value: f64| {
@@ -164,10 +170,15 @@ fn check(keys: &str, names: &[&str]) {
         let ratio = dot(&probe, &difference) / dot(&probe, &ours);
         println!("{}: {ratio:.4}", parameter.name);
         assert!(dot(&probe, &ours) > 0.0, "{}: the derivative is zero", parameter.name);
-        // A bump carries samples across the horizon of shading normals: of 14 bumps on Lambert the ratios have a standard deviation of
-        // 0.5 %, where numbers without such jumps have 1.0000.
-        let bound = if parameter.name.contains(".bump.") { 0.02 } else { 0.01 };
+        let is_bump = parameter.name.contains(".bump.");
+        let bound = if is_bump { BUMPS_AGREE[0] } else { 0.01 };
         assert!((ratio - 1.0).abs() < bound, "{keys}{}: {ratio}", parameter.name);
+        bumps.extend(is_bump.then_some(ratio));
+    }
+    if !bumps.is_empty() {
+        let mean = bumps.iter().sum::<f64>() / bumps.len() as f64;
+        println!("mean of {} bumps: {mean:.5}", bumps.len());
+        assert!((mean - 1.0).abs() < BUMPS_AGREE[1], "{keys}: bumps' ratios have the mean {mean}");
     }
 }
 

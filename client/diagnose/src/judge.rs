@@ -6,7 +6,7 @@ use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 use gonio_fit::{Evaluate, Score};
 use gonio_scene::capture::{CAPTURE_FILE, Light, Role};
-use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
+use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics, Stream};
 
 /// Samples per pixel of the judgement, as a multiple of the fit's: nothing else is rendered of these photos.
 const MORE: u32 = 2;
@@ -100,7 +100,7 @@ fn statistics(
     let mut request = EvaluationRequest {
         photos: photos.clone(),
         samples: MORE * options.samples,
-        seed: options.seed.wrapping_add(2),
+        seed: Stream::Fit.seed(options.seed.wrapping_add(2)),
         output: Output::Statistics,
         ..EvaluationRequest::default()
     };

@@ -8,7 +8,7 @@ use crate::quadratic::Quadratic;
 use crate::workshop::{Observer, Workshop, evaluate};
 use crate::{DiagnoseError, DiagnoseEvent};
 use gonio_fit::{Evaluate, FitError, FitResult, Options, Space};
-use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
+use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics, Stream};
 use std::ops::ControlFlow;
 
 /// An effect that is part of a model.
@@ -139,7 +139,7 @@ pub(crate) fn statistics(
         samples: options.max_samples,
         difference_samples: options.difference_samples,
         forward_samples: options.forward_samples,
-        seed: options.seed,
+        seed: Stream::Fit.seed(options.seed),
         output: Output::Statistics,
     };
     Ok(evaluate(farm, &request, observer)?.photos)

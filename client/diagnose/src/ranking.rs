@@ -10,7 +10,7 @@ use crate::probe::{Candidate, Probe};
 use crate::score::{MANY, Score, scores};
 use crate::workshop::{Observer, Workshop, evaluate};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
-use gonio_scene::{Assets, EvaluationRequest, Output};
+use gonio_scene::{Assets, EvaluationRequest, Output, Stream};
 use std::collections::BTreeSet;
 
 /// An effect that promises less than this part of what matters, beside another, is not looked at again.
@@ -100,7 +100,7 @@ pub fn rank(
         difference_samples: SCORE_DIFFERENCES.min(options.search_samples()),
         forward_samples: FORWARD.min(options.search_samples()),
         // The refits' seed: their deviances are compared with this one's, so that both see the same render noise.
-        seed: options.seed,
+        seed: Stream::Fit.seed(options.seed),
         output: Output::Statistics,
         ..EvaluationRequest::default()
     };

@@ -10,7 +10,7 @@ use crate::{DiagnoseError, DiagnoseEvent};
 use gonio_fit::{Evaluate, Space};
 use gonio_scene::capture::Range;
 use gonio_scene::parameter::{Parameter, Term};
-use gonio_scene::{Capture, EvaluationRequest, Output};
+use gonio_scene::{Capture, EvaluationRequest, Output, Stream};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -182,7 +182,7 @@ impl<'a> Search<'a> {
             samples: SAMPLES,
             difference_samples: DIFFERENCES,
             forward_samples: 0,
-            seed: self.aim.seed,
+            seed: Stream::Fit.seed(self.aim.seed),
             output: Output::Statistics,
         };
         let found = evaluate(self.farm, &request, observer)?;

@@ -9,7 +9,7 @@ use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
 use gonio_scene::capture::Target;
 use gonio_scene::reflectance::{Directions, Pair};
-use gonio_scene::{EvaluationRequest, Film, Output, Photograph};
+use gonio_scene::{EvaluationRequest, Film, Output, Photograph, Stream};
 use serde::Serialize;
 
 /// Bins of equal count per covariate, at most.
@@ -76,7 +76,7 @@ pub fn structure(
     let request = EvaluationRequest {
         photos: photos.clone(),
         samples: options.samples,
-        seed: options.seed.wrapping_add(3),
+        seed: Stream::Fit.seed(options.seed.wrapping_add(3)),
         output: Output::StatisticsAndFilms,
         ..EvaluationRequest::default()
     };

@@ -9,7 +9,7 @@ use crate::uncertainty::Uncertainty;
 use crate::{Evaluate, EvaluateError, FitError, FitEvent, Normal, Options, Space};
 use argmin::core::{CostFunction, Error, Gradient};
 use gonio_scene::capture::Target;
-use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics};
+use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics, Stream};
 use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
 
@@ -64,7 +64,7 @@ impl<'a> Objective<'a> {
             space,
             capture,
             photos,
-            seed: options.seed,
+            seed: Stream::Fit.seed(options.seed),
             difference_samples: options.difference_samples,
             forward_samples: options.forward_samples,
             samples: Cell::new(2),
@@ -127,7 +127,7 @@ impl<'a> Objective<'a> {
     /// The normal equations as [`Objective::normal`], of the parameters that no bound holds back.
     pub fn movable(&self, u: &[f64], samples: u32) -> Result<Normal, Stopped> {
         let normal = self.normal(u, samples)?;
-        Ok(normal.restricted(&self.space.movable(u, normal.gradient.as_slice())))
+        Ok(normal.restricted(&self.space.movable(u, normal.gradient.as_slice(), normal.matrix.diagonal().as_slice())))
     }
 
     /// How sure the coordinates at `u` are.

@@ -12,6 +12,10 @@ pub struct Space {
     start: Vec<f64>,
 }
 
+/// Change of chi-square by a whole unit of a coordinate, which is the value's distance from its bound or more, below which the value
+/// is at that bound: a hundredth of its standard error, squared.
+const UNFELT: f64 = 1e-4;
+
 impl Space {
     /// The parameters that the capture frees, starting from its values where `start` names no other.
     ///
@@ -126,14 +130,17 @@ impl Space {
     }
 
     /// Which parameters can move: all but those at a bound whose loss falls towards it, where the descent is over
-    /// although the gradient is not zero. `gradient` is the loss's, in coordinates.
+    /// although the gradient is not zero. `gradient` and `curvature` (the diagonal of J'WJ) are in coordinates. A parameter that is
+    /// less than a hundredth of its own error away from a bound is at it: its coordinate may run on for ever, and nothing changes.
     #[must_use]
-    pub fn movable(&self, u: &[f64], gradient: &[f64]) -> Vec<bool> {
-        let outward = |(t, (u, g)): (&Transform, (&f64, &f64))| {
-            let value = t.value(*u);
-            t.bound(value).is_some_and(|bound| if bound > value { *g < 0.0 } else { *g > 0.0 })
+    pub fn movable(&self, u: &[f64], gradient: &[f64], curvature: &[f64]) -> Vec<bool> {
+        let held = |(i, t): (usize, &Transform)| {
+            let value = t.value(u[i]);
+            let unfelt = (curvature[i] < UNFELT).then(|| t.nearest_bound(value)).flatten();
+            let outward = |bound: f64| if bound > value { gradient[i] < 0.0 } else { gradient[i] > 0.0 };
+            t.bound(value).or(unfelt).is_some_and(outward)
         };
-        self.transforms.iter().zip(u.iter().zip(gradient)).map(|all| !outward(all)).collect()
+        self.transforms.iter().enumerate().map(|each| !held(each)).collect()
     }
 
     /// Names and values for an error message.
@@ -205,7 +212,19 @@ mod tests {
     fn a_parameter_is_held_only_against_its_bound() {
         let space = Space::new(&capture(), &[]).unwrap();
         let u = [11.0, 11.0, -11.0, 0.0, 0.0];
-        assert_eq!(space.movable(&u, &[-1.0, 1.0, 1.0, -1.0, 1.0]), [false, true, false, true, true]);
+        assert_eq!(space.movable(&u, &[-1.0, 1.0, 1.0, -1.0, 1.0], &[1.0; 5]), [false, true, false, true, true]);
+    }
+
+    /// An intensity of 2.5e-7 whose error is 200 times as large, and whose loss falls towards 0, is at 0; with a tenth of that
+    /// error it is not.
+    #[test]
+    fn what_is_small_beside_its_error_is_at_its_bound() {
+        let space = Space::new(&capture(), &[]).unwrap();
+        let u = [0.0, 0.0, 0.0, 0.0, -15.2];
+        let at = |gradient: f64, curvature: f64| {
+            space.movable(&u, &[0.0, 0.0, 0.0, 0.0, gradient], &[1.0, 1.0, 1.0, 1.0, curvature])[4]
+        };
+        assert!(!at(1e-2, 2.5e-5) && at(-1e-2, 2.5e-5) && at(1e-2, 2.5e-3));
     }
 
     #[test]

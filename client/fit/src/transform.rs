@@ -121,6 +121,16 @@ impl Transform {
         }
     }
 
+    /// The bound that is nearer to a value; none where there is no bound.
+    #[must_use]
+    pub fn nearest_bound(self, value: f64) -> Option<f64> {
+        match self {
+            Self::Between { min, max } => Some(if value - min < max - value { min } else { max }),
+            Self::Above { min } => Some(min),
+            Self::Identity => None,
+        }
+    }
+
     /// The length of the range; infinite where it is open.
     #[must_use]
     pub fn span(self) -> f64 {

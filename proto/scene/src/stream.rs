@@ -1,7 +1,9 @@
 //! Which command a random number is for: each has numbers of its own.
 //!
 //! A render that is made with seed 0 and fitted with seed 0 would otherwise share its noise with the fit's renders, which then
-//! agree with it where they should not.
+//! agree with it where they should not. Measured on nine JPEG photographs that an earlier version rendered: a fit whose random numbers
+//! were those of the photographs saw a reduced chi-square of 1.9 instead of 3.15 by 16 samples, and placed the lamp 7 standard
+//! errors off. So renders keep the user's seed, as they always have, and fits draw from elsewhere.
 
 /// Who asks for an evaluation. Its seed passes through [`Stream::seed`] once, where the request is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -14,13 +16,13 @@ pub enum Stream {
 
 impl Stream {
     /// The seed of the evaluation's random numbers for the `seed` that a user gives. A permutation of all seeds for each command,
-    /// so that two seeds never become one; the fit's are the user's own.
+    /// so that two seeds never become one; the render's are the user's own.
     #[must_use]
     pub fn seed(self, seed: u64) -> u64 {
         match self {
-            Self::Fit => seed,
             // The fractional digits of the square root of 2.
-            Self::Render => seed ^ 0x6a09_e667_f3bc_c908,
+            Self::Fit => seed ^ 0x6a09_e667_f3bc_c908,
+            Self::Render => seed,
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::WITHIN;
 use gonio::farm::Farm;
 use gonio_fit::{Evaluate, Normal};
 use gonio_scene::files::DirectoryFiles;
-use gonio_scene::{Capture, EvaluationRequest, Output};
+use gonio_scene::{Capture, EvaluationRequest, Output, Stream};
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -25,7 +25,7 @@ pub fn run(captures: &[String], seeds: u64) {
             let request = EvaluationRequest {
                 photos: photos.clone(),
                 samples,
-                seed,
+                seed: Stream::Fit.seed(seed),
                 output: Output::Statistics,
                 ..EvaluationRequest::default()
             };

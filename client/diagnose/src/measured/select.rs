@@ -12,7 +12,7 @@ use crate::select::{Addition, Selection};
 use crate::trial::{Trial, refuse};
 use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
-use gonio_scene::{Assets, EvaluationRequest, Output};
+use gonio_scene::{Assets, EvaluationRequest, Output, Stream};
 
 /// An effect that lowers the error on the files that it is fitted to by less than this part of what matters is not worth
 /// being fitted once more without each of them.
@@ -158,7 +158,7 @@ fn rank(
         columns: probe.columns.clone(),
         photos: (0..probe.capture.reflectance.len()).collect(),
         samples: 2,
-        seed: options.seed,
+        seed: Stream::Fit.seed(options.seed),
         output: Output::Statistics,
         ..EvaluationRequest::default()
     };

@@ -9,7 +9,7 @@ use gonio_fit::{Evaluate, FitResult};
 use gonio_scene::capture::{CAPTURE_FILE, Role};
 use gonio_scene::design::Design;
 use gonio_scene::files::{DirectoryFiles, Files};
-use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics, Photograph, SceneError, Values};
+use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics, Photograph, SceneError, Stream, Values};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -122,8 +122,12 @@ pub(super) fn panels(
             flow()
         })
     };
-    let request =
-        EvaluationRequest { photos: held_out, samples: result.samples, seed: result.seed, ..Default::default() };
+    let request = EvaluationRequest {
+        photos: held_out,
+        samples: result.samples,
+        seed: Stream::Fit.seed(result.seed),
+        ..Default::default()
+    };
     let mut statistics: BTreeMap<usize, PhotoStatistics> =
         result.photos.iter().map(|photo| (photo.photo, photo.clone())).collect();
     if !request.photos.is_empty() {
@@ -134,7 +138,7 @@ pub(super) fn panels(
     let request = EvaluationRequest {
         photos: (0..fitted.photos.len()).collect(),
         samples: SAMPLES,
-        seed: result.seed,
+        seed: Stream::Fit.seed(result.seed),
         output: Output::Films,
         ..EvaluationRequest::default()
     };

@@ -11,7 +11,7 @@ use gonio_fit::{Evaluate, FitResult};
 use gonio_scene::capture::Target;
 use gonio_scene::files::DirectoryFiles;
 use gonio_scene::reflectance::Directions;
-use gonio_scene::{Capture, EvaluationRequest, Output, Photograph, Values};
+use gonio_scene::{Capture, EvaluationRequest, Output, Photograph, Stream, Values};
 use std::collections::BTreeMap;
 
 /// What a report shows of a fit.
@@ -82,7 +82,7 @@ fn panels(
             samples: samples(fitted, result),
             difference_samples: 0,
             forward_samples: 0,
-            seed: result.seed,
+            seed: Stream::Fit.seed(result.seed),
             output: Output::StatisticsAndFilms,
         };
         console.begin(&format!("pictures {}-{} of {}", done + 1, done + request.photos.len(), photos.len()));

@@ -6,7 +6,7 @@ use crate::progress::Console;
 use gonio_fit::{Evaluate, FitResult};
 use gonio_scene::files::DirectoryFiles;
 use gonio_scene::image::{Image, encode_exr};
-use gonio_scene::{Capture, EvaluationRequest, Output, SensorStage, Values};
+use gonio_scene::{Capture, EvaluationRequest, Output, SensorStage, Stream, Values};
 use std::ops::ControlFlow;
 
 /// Samples per pixel of the renders, at most: the file's own noise is as large.
@@ -42,7 +42,7 @@ pub(super) fn write(
             numbers: numbers.clone(),
             photos: vec![index],
             samples: SAMPLES,
-            seed: result.seed,
+            seed: Stream::Fit.seed(result.seed),
             output: Output::Films,
             ..EvaluationRequest::default()
         };

@@ -70,9 +70,52 @@ fn half_covered_boards_give_the_focal_length_to_a_thousandth() {
         let (own, distortion) = (result.model, result.model.distortion());
         println!(
             "seed {seed}: focal length off by {:.4} % (+- {:.4} %), {:.3} px, {distortion}, square {}, truth {:?}",
-            100.0 * off, 100.0 * result.errors[0] / camera.fx, result.error, own.square, camera.distortion,
+            100.0 * off,
+            100.0 * result.errors[0] / camera.fx,
+            result.error,
+            own.square,
+            camera.distortion,
         );
         within += u32::from(off < 1e-3);
     }
     assert!(within >= 19, "{within} of 20");
+}
+
+#[test]
+fn what_contradicts_the_others_is_dropped_and_named() {
+    let mut draw = Draw(100);
+    let camera = Camera { distortion: [0.0; 5], ..camera(&mut draw) };
+    let mut shots: Vec<(Pose, Vec<Corner>)> = (0..8).map(|_| photo(&mut draw, &camera)).collect();
+    // A corner taken for another one, forty pixels off.
+    let wrong = shots[2].1[5].id;
+    shots[2].1[5].pixel[1] += 40.0;
+    // A photo with another zoom.
+    let zoomed = Camera { fx: 1.3 * camera.fx, fy: 1.2 * camera.fy, ..camera.clone() };
+    shots[6] = photo(&mut draw, &zoomed);
+    let photos: Vec<Vec<Corner>> = shots.iter().map(|(_, corners)| corners.clone()).collect();
+    let result = calibrate(1280, 960, &photos, false).unwrap();
+    let near = |calibrated: &Camera| (calibrated.fx / camera.fx - 1.0).abs() < 2e-3;
+    assert!(near(&result.camera) && result.camera.distortion == [0.0; 5], "{result:?}");
+    for (index, fit) in result.photos.iter().enumerate() {
+        assert_eq!(fit.corners == 0, index == 6, "{index}: {fit:?}");
+        if index != 6 {
+            // The part's edge, at least; and hardly a corner besides.
+            assert!((1..4).contains(&fit.dropped.len()), "{index}: {fit:?}");
+            assert!((fit.board_to_camera.translation - shots[index].0.translation).norm() < 2e-3, "{index}");
+        }
+    }
+    assert!(result.photos[2].dropped.iter().any(|(id, off)| *id == wrong && *off > 39.0), "{:?}", result.photos[2]);
+
+    // With the camera known, photos stand alone.
+    let known = locate(&camera, &photos[2..3]).unwrap();
+    assert!(known.camera == camera && known.left_out.is_none() && known.errors == [0.0; 9]);
+    assert!(known.photos[0].dropped.iter().any(|(id, _)| *id == wrong));
+    assert!((known.photos[0].board_to_camera.translation - shots[2].0.translation).norm() < 5e-4);
+    assert_eq!(locate(&camera, &[photos[0][..3].to_vec()]).unwrap_err().photo, Some(0));
+
+    // Where half of the photos contradict the others, nobody is right.
+    let half: Vec<Vec<Corner>> = (0..6)
+        .map(|i| photo(&mut draw, if i < 3 { &camera } else { &zoomed }).1)
+        .collect();
+    assert!(calibrate(1280, 960, &half, false).is_err());
 }

@@ -41,8 +41,9 @@ impl Sighting {
             Kind::Chessboard(chessboard) => return Self::squares(board, chessboard, gray),
         };
         let own = read(gray, &[stated]).pop().unwrap_or_default();
-        let (dictionary, markers) =
-            if own.is_empty() { others(gray, stated).unwrap_or((stated, own)) } else { (stated, own) };
+        // A few markers of a small dictionary are read from anything.
+        let other = if own.len() < FEWEST { others(gray, stated) } else { None };
+        let (dictionary, markers) = other.unwrap_or((stated, own));
         let found = fitting(&markers, layout, rows);
         let size = found.map(|(layout, rows)| (layout.columns, rows));
         let same = dictionary.name() == stated.name();

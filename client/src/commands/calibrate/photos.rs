@@ -5,7 +5,6 @@ use crate::commands::draft::Place;
 use crate::failure::Failure;
 use crate::output::tell_error;
 use gonio_calibrate::{Corner, Sighting, determines_pose};
-use std::collections::BTreeMap;
 
 /// A photo that shows the board.
 pub(super) struct File {
@@ -32,7 +31,7 @@ pub(super) fn read(arguments: &CalibrateArguments, place: &Place) -> Result<Seen
     let board = &arguments.board;
     let mut size = None;
     let mut seen = Seen { width: 0, height: 0, files: Vec::new(), corners: Vec::new() };
-    let mut layouts = BTreeMap::<String, usize>::new();
+    let mut unseen = Vec::<Unseen>::new();
     for path in &arguments.photos {
         let at = path.display().to_string();
         let (relative, _) = place.photo(path)?;
@@ -57,17 +56,14 @@ pub(super) fn read(arguments: &CalibrateArguments, place: &Place) -> Result<Seen
             0 => format!("does not show the board{}", shown(&sighting)),
             few => format!("{few} corners do not determine the board's pose"),
         };
-        tell_error(&format!("warning: {at}: {what}; it is left out"));
-        if let Some(fits) = sighting.fits {
-            *layouts.entry(fits).or_default() += 1;
+        match unseen.iter_mut().find(|(cause, _, _)| *cause == what) {
+            Some((_, _, photos)) => photos.push(at),
+            None => unseen.push((what, sighting.fits, vec![at])),
         }
     }
-    if let Some((fits, count)) = layouts.iter().max_by_key(|(_, count)| **count)
-        && *count > seen.files.len()
-    {
-        let photos = if *count == 1 { "1 photo shows" } else { &format!("{count} photos show") };
-        let problem = format!("--board: {photos} another board than {}: write {fits}", board.text());
-        return Err(Failure::Input(problem));
+    other_board(arguments, &unseen, seen.files.len())?;
+    for (what, _, photos) in &unseen {
+        tell_error(&format!("warning: {}: {what}; left out", photos.join(", ")));
     }
     if board.turns_unseen() {
         tell_error(&format!(
@@ -77,19 +73,50 @@ pub(super) fn read(arguments: &CalibrateArguments, place: &Place) -> Result<Seen
         ));
     }
     if arguments.intrinsics.is_some() && seen.files.is_empty() {
-        return Err(Failure::Input(format!("--board: no photo shows {}: its warning says what each shows", board.text())));
+        return Err(Failure::Input(format!("--board: no photo shows {}: name the photos that do", board.text())));
     }
     (seen.width, seen.height) = size.unwrap_or_default();
     Ok(seen)
+}
+
+/// Why photos are left out, the board that they would fit, and which they are.
+type Unseen = (String, Option<String>, Vec<String>);
+
+/// Refuses a board where more photos show another one than the stated one, which `seen` show.
+fn other_board(arguments: &CalibrateArguments, unseen: &[Unseen], seen: usize) -> Result<(), Failure> {
+    let count = |fits: &String| -> usize {
+        let same = unseen.iter().filter(|(_, other, _)| other.as_ref() == Some(fits));
+        same.map(|(_, _, photos)| photos.len()).sum()
+    };
+    let fitting = unseen.iter().filter_map(|(what, fits, photos)| Some((what, fits.as_ref()?, photos)));
+    let Some((what, fits, photos)) = fitting.max_by_key(|(_, fits, _)| count(fits)) else { return Ok(()) };
+    if count(fits) <= seen {
+        return Ok(());
+    }
+    let (stated, first, photos) = (arguments.board.text(), &photos[0], count(fits));
+    let problem = format!("{photos} photos do not show {stated}: {first} {what}");
+    Err(Failure::Input(format!("--board: {problem}: write {fits}")))
+}
+
+/// Numbers as a reader counts them, such as `0-4 6`.
+fn ranges(numbers: &[u32]) -> String {
+    let mut ranges: Vec<[u32; 2]> = Vec::new();
+    for &number in numbers {
+        match ranges.last_mut() {
+            Some([_, last]) if *last + 1 == number => *last = number,
+            _ => ranges.push([number; 2]),
+        }
+    }
+    let text = |[first, last]: &[u32; 2]| if first == last { first.to_string() } else { format!("{first}-{last}") };
+    ranges.iter().map(text).collect::<Vec<_>>().join(" ")
 }
 
 /// What a photo shows instead of the board, to stand behind "does not show the board".
 fn shown(sighting: &Sighting) -> String {
     let Sighting { dictionary, markers, size, fits } = sighting;
     if !markers.is_empty() {
-        let markers: Vec<String> = markers.iter().map(u32::to_string).collect();
         let fits = fits.as_ref().map_or_else(String::new, |fits| format!(", as {fits} has them"));
-        return format!(" as stated: it shows the markers {} of {dictionary}{fits}", markers.join(" "));
+        return format!(" as stated: it shows the markers {} of {dictionary}{fits}", ranges(markers));
     }
     match size {
         Some((columns, rows)) => format!(" as stated: it shows corners of {columns} x {rows} squares"),

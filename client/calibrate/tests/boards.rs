@@ -19,8 +19,9 @@ fn find(board: &str, gray: &[u8]) -> Vec<Corner> {
 /// Where a point of the board falls, pixels.
 fn seen([x, y]: [f64; 2], middle: [f64; 2], turn: [f64; 2], distance: f64) -> [f64; 2] {
     let [along_x, along_y] = axes(turn);
-    let at: [f64; 3] =
-        std::array::from_fn(|k| (x - middle[0]) * along_x[k] + (y - middle[1]) * along_y[k] + if k == 2 { distance } else { 0.0 });
+    let at: [f64; 3] = std::array::from_fn(|k| {
+        (x - middle[0]) * along_x[k] + (y - middle[1]) * along_y[k] + if k == 2 { distance } else { 0.0 }
+    });
     [FOCAL * at[0] / at[2] + 320.0, FOCAL * at[1] / at[2] + 240.0]
 }
 

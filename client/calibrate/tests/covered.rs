@@ -114,8 +114,6 @@ fn what_contradicts_the_others_is_dropped_and_named() {
     assert_eq!(locate(&camera, &[photos[0][..3].to_vec()]).unwrap_err().photo, Some(0));
 
     // Where half of the photos contradict the others, nobody is right.
-    let half: Vec<Vec<Corner>> = (0..6)
-        .map(|i| photo(&mut draw, if i < 3 { &camera } else { &zoomed }).1)
-        .collect();
+    let half: Vec<Vec<Corner>> = (0..6).map(|i| photo(&mut draw, if i < 3 { &camera } else { &zoomed }).1).collect();
     assert!(calibrate(1280, 960, &half, false).is_err());
 }

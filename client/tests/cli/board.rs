@@ -39,7 +39,8 @@ fn poses_of_a_known_camera(at: &Path, told: &serde_json::Value) {
         let (own, all) = (known.photos[0].camera_to_world, whole.photos[1].camera_to_world);
         assert!((0..3).all(|k| (own[k][3] - all[k][3]).abs() < 1e-3), "{own:?} {all:?}");
     }
-    let refuse = |more: &[&'static str], says: &[&str]| refused(at, &command(&["p1.png"], "bad/capture.toml", more), says);
+    let refuse =
+        |more: &[&'static str], says: &[&str]| refused(at, &command(&["p1.png"], "bad/capture.toml", more), says);
     refuse(&["--intrinsics", "nowhere.json"], &["--intrinsics nowhere.json", "cannot be read"]);
     std::fs::write(at.join("none.json"), "{}").unwrap();
     refuse(&["--intrinsics", "none.json"], &["camera.width", "gonio calibrate --json"]);

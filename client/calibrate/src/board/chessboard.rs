@@ -81,10 +81,11 @@ impl Chessboard {
             (true, Box::new(move |u, v| (down - v, u))),
         ];
         let (columns, rows) = (self.columns as i32 - 1, self.rows as i32 - 1);
-        let fitting = turns.into_iter().filter(|(across, _)| {
-            (width, height) == if *across { (rows, columns) } else { (columns, rows) }
-        });
-        let turned = fitting.map(|(_, turn)| -> Lattice { lattice.iter().map(|(&(u, v), at)| (turn(u, v), *at)).collect() });
+        let fitting = turns
+            .into_iter()
+            .filter(|(across, _)| (width, height) == if *across { (rows, columns) } else { (columns, rows) });
+        let turned =
+            fitting.map(|(_, turn)| -> Lattice { lattice.iter().map(|(&(u, v), at)| (turn(u, v), *at)).collect() });
         let mut turned: Vec<Lattice> = turned.filter(|lattice| starts_black(gray, lattice)).collect();
         // Where several turns look alike, the first corner is the one that is nearest to the photo's upper left.
         turned.sort_by(|a, b| first(a).total_cmp(&first(b)));

@@ -32,7 +32,7 @@ pub(super) fn sharpen(gray: &Gray<'_>, quad: &Quad, reach: f64) -> Option<Quad> 
         let solved = Matrix2::from_columns(&[a.along, -b.along]).try_inverse()? * (b.point - a.point);
         let corner = a.point + a.along * solved.x;
         let moved = (corner - Vector2::from(quad[k])).norm();
-        if !(moved <= 2.0 * reach + 1.0) {
+        if moved.is_nan() || moved > 2.0 * reach + 1.0 {
             return None;
         }
         corners[k] = corner.into();

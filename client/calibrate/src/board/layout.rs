@@ -29,11 +29,7 @@ impl Layout {
             Pattern::White => self.columns.div_ceil(2),
         };
         let shift = u32::from(self.pattern == Pattern::Black);
-        if rest < first {
-            [2 * rest + shift, 2 * pair]
-        } else {
-            [2 * (rest - first) + 1 - shift, 2 * pair + 1]
-        }
+        if rest < first { [2 * rest + shift, 2 * pair] } else { [2 * (rest - first) + 1 - shift, 2 * pair + 1] }
     }
 }
 

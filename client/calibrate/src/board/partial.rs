@@ -94,7 +94,8 @@ fn meet(gray: &Gray<'_>, squares: &Squares, h: &Matrix3<f64>, place: [f64; 2], p
     let (mut white, mut black) = (Vec::new(), Vec::new());
     for look in LOOKS {
         for (dx, dy) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-            let aside = [(dx, 0), (dy, 1)].map(|(d, k): (f64, usize)| (place[k] + d * look * squares.gap) * squares.square);
+            let aside =
+                [(dx, 0), (dy, 1)].map(|(d, k): (f64, usize)| (place[k] + d * look * squares.gap) * squares.square);
             let [x, y] = map(h, aside);
             let value = gray.at(x - centre[0] + pixel[0] - CENTRE, y - centre[1] + pixel[1] - CENTRE);
             // The square up and left of corner (i, j) is (i - 1, j - 1); squares of even sum have the first one's colour.

@@ -57,7 +57,8 @@ fn within(gray: &Gray<'_>, sums: &Sums, half: usize) -> Vec<Quad> {
     let mut dark = vec![false; width * height];
     for y in 0..height {
         for x in 0..width {
-            let window = [x.saturating_sub(half), y.saturating_sub(half), (x + half + 1).min(width), (y + half + 1).min(height)];
+            let window =
+                [x.saturating_sub(half), y.saturating_sub(half), (x + half + 1).min(width), (y + half + 1).min(height)];
             dark[y * width + x] = f64::from(gray.data[y * width + x]) + DARKER < sums.mean(window);
         }
     }

@@ -48,15 +48,18 @@ impl Words<'_> {
             let small: Vec<String> = lengths.iter().map(metres).collect();
             all.splice(2..2 + count, small.iter().map(String::as_str));
             let (given, all) = (words.join(" and "), all.join(":"));
-            return Err(format!("{given} would be metres: lengths are in metres; if these are millimetres, write {all}"));
+            return Err(format!(
+                "{given} would be metres: lengths are in metres; if these are millimetres, write {all}"
+            ));
         }
         Ok(lengths)
     }
 }
 
 fn dictionary(name: &str) -> Result<Dictionary, String> {
-    resolve_dictionary(name)
-        .ok_or_else(|| format!("{name} is no dictionary: name one of OpenCV's, such as 4X4_50, 6X6_250 or APRILTAG_36h11"))
+    resolve_dictionary(name).ok_or_else(|| {
+        format!("{name} is no dictionary: name one of OpenCV's, such as 4X4_50, 6X6_250 or APRILTAG_36h11")
+    })
 }
 
 pub(super) fn parse(text: &str) -> Result<Kind, String> {

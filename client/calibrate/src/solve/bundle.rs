@@ -51,7 +51,8 @@ impl State {
 
     fn square(&self, pose: &Pose, corner: &Corner) -> f64 {
         let point = pose.apply(&Vector3::new(corner.board[0], corner.board[1], 0.0));
-        let [x, y] = project(&self.camera, &point).map_or([BEHIND; 2], |pixel| [0, 1].map(|k| corner.pixel[k] - pixel[k]));
+        let [x, y] =
+            project(&self.camera, &point).map_or([BEHIND; 2], |pixel| [0, 1].map(|k| corner.pixel[k] - pixel[k]));
         x * x + y * y
     }
 
@@ -67,8 +68,11 @@ impl State {
     }
 
     fn equations(&self, photos: &[Vec<Corner>], weights: &Weights) -> Equations {
-        let mut all =
-            Equations { shared: SMatrix::zeros(), gradient: SVector::zeros(), blocks: Vec::with_capacity(photos.len()) };
+        let mut all = Equations {
+            shared: SMatrix::zeros(),
+            gradient: SVector::zeros(),
+            blocks: Vec::with_capacity(photos.len()),
+        };
         for ((pose, corners), weights) in self.poses.iter().zip(photos).zip(weights) {
             let mut block = Block { both: SMatrix::zeros(), own: SMatrix::zeros(), gradient: SVector::zeros() };
             let mut any = false;
@@ -89,7 +93,11 @@ impl State {
     }
 
     /// A step in the numbers of `model` and in the poses, damped by `damping`; absent where the corners leave it open.
-    fn step(equations: &Equations, model: Model, damping: f64) -> Option<(SVector<f64, SHARED>, Vec<SVector<f64, OWN>>)> {
+    fn step(
+        equations: &Equations,
+        model: Model,
+        damping: f64,
+    ) -> Option<(SVector<f64, SHARED>, Vec<SVector<f64, OWN>>)> {
         let spread = model.spread();
         let mut inverses = Vec::with_capacity(equations.blocks.len());
         for block in &equations.blocks {

@@ -48,7 +48,8 @@ pub struct Calibration {
     pub photos: Vec<PhotoFit>,
     /// Root mean square distance over all corners that count, pixels; OpenCV's figure.
     pub error: f64,
-    /// Root mean square distance over corners of photos that the camera was not fitted to, pixels; absent where it was given.
+    /// Root mean square distance over corners of photos that the camera was not fitted to, pixels; absent where it was given, or
+    /// where too few photos are left to predict one.
     pub left_out: Option<f64>,
 }
 
@@ -79,7 +80,7 @@ pub fn calibrate(width: u32, height: u32, photos: &[Vec<Corner>], distortion: bo
     let mut left_out = None;
     for _ in 0..TURNS {
         let choice = select::choose(&state, distortion, photos, &weights).ok_or_else(Refusal::open)?;
-        (state, left_out) = (choice.state, Some(choice.left_out));
+        (state, left_out) = (choice.state, choice.left_out);
         let again = chosen.replace(choice.model) == Some(choice.model);
         let (next, kept) = harden(state.clone(), choice.model, photos, weights.clone()).ok_or_else(Refusal::open)?;
         let same = kept == weights;
@@ -98,9 +99,8 @@ pub fn calibrate(width: u32, height: u32, photos: &[Vec<Corner>], distortion: bo
 pub fn locate(camera: &Camera, photos: &[Vec<Corner>]) -> Result<Calibration, Refusal> {
     let (state, weights) = start::poses(camera, photos)?;
     let settled = soften(state, Model::POSES, photos, weights);
-    let (state, weights) = settled
-        .and_then(|(state, weights)| harden(state, Model::POSES, photos, weights))
-        .ok_or_else(Refusal::open)?;
+    let (state, weights) =
+        settled.and_then(|(state, weights)| harden(state, Model::POSES, photos, weights)).ok_or_else(Refusal::open)?;
     finish(&state, Model::POSES, photos, &weights, None)
 }
 

@@ -44,8 +44,8 @@ impl Trial {
 pub(crate) struct Choice {
     pub(crate) model: Model,
     pub(crate) state: State,
-    /// Root mean square distance of corners in photos that were left out, pixels.
-    pub(crate) left_out: f64,
+    /// Root mean square distance of corners in photos that were left out, pixels; absent where none could be predicted.
+    pub(crate) left_out: Option<f64>,
 }
 
 /// Chooses a model for the corners that count; absent where not even the simplest one is determined.
@@ -58,12 +58,15 @@ pub(crate) fn choose(start: &State, distortion: bool, photos: &[Vec<Corner>], we
     for model in Model::choices(distortion) {
         let state = State { camera: model.cut(&start.camera), poses: start.poses.clone() };
         let Some(state) = state.descend(model, photos, weights) else { continue };
-        match predict(&state, model, photos, weights, &used) {
-            Some(losses) => trials.push(Trial { model, state, losses }),
-            // What cannot be predicted with may still be all there is.
-            None if model == Model::PLAIN => trials.push(Trial { model, state, losses: vec![f64::MAX / used.len() as f64; used.len()] }),
-            None => {}
+        if let Some(losses) = predict(&state, model, photos, weights, &used) {
+            trials.push(Trial { model, state, losses });
         }
+    }
+    if trials.is_empty() {
+        // What cannot be predicted with may still be all there is; its errors will say.
+        let state = State { camera: Model::PLAIN.cut(&start.camera), poses: start.poses.clone() };
+        let state = state.descend(Model::PLAIN, photos, weights)?;
+        return Some(Choice { model: Model::PLAIN, state, left_out: None });
     }
     let family = |square: bool| {
         let own = || trials.iter().filter(move |trial| trial.model.square == square);
@@ -75,7 +78,7 @@ pub(crate) fn choose(start: &State, distortion: bool, photos: &[Vec<Corner>], we
         (square, free) => square.or(free)?,
     };
     let corners = weights.iter().flatten().filter(|weight| **weight > 0.0).count();
-    let left_out = (chosen.total() / corners as f64).sqrt();
+    let left_out = Some((chosen.total() / corners as f64).sqrt());
     Some(Choice { model: chosen.model, state: chosen.state.clone(), left_out })
 }
 

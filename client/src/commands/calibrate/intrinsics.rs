@@ -22,7 +22,8 @@ pub(super) fn read(file: &Path, width: u32, height: u32) -> Result<Camera, Failu
         capture.camera
     };
     if (camera.width, camera.height) != (width, height) {
-        let problem = format!("is a camera of {} x {} pixels, the photos have {width} x {height}", camera.width, camera.height);
+        let problem =
+            format!("is a camera of {} x {} pixels, the photos have {width} x {height}", camera.width, camera.height);
         return Err(refuse(&at, problem, "calibrate and locate unscaled photos of one camera"));
     }
     Ok(camera)

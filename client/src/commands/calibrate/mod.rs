@@ -81,8 +81,7 @@ fn warn(files: &[photos::File], result: &Calibration) {
                  or zoom, or a board that is not flat"
             ));
         } else if !photo.dropped.is_empty() {
-            let each: Vec<String> =
-                photo.dropped.iter().map(|(id, off)| format!("{id} by {off:.2} px")).collect();
+            let each: Vec<String> = photo.dropped.iter().map(|(id, off)| format!("{id} by {off:.2} px")).collect();
             tell_error(&format!("warning: {at}: corners that are off are dropped: {}", each.join(", ")));
         }
     }

@@ -1,7 +1,7 @@
 //! Rigid motions and the pinhole with Brown-Conrady distortion.
 
 use gonio_scene::capture::Camera;
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Rotation3, SMatrix, Vector3};
 
 /// A rigid motion: p -> rotation p + translation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,4 +83,83 @@ pub fn project(camera: &Camera, point: &Vector3<f64>) -> Option<[f64; 2]> {
     let u = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
     let v = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
     Some([camera.fx * u + camera.cx, camera.fy * v + camera.cy])
+}
+
+/// Derivatives of a pixel with respect to fx fy cx cy k1 k2 p1 p2 k3, and to the six numbers of [`Pose::moved`].
+pub(crate) type Slopes = SMatrix<f64, 2, 15>;
+
+/// Where a point of the board's plane (metres) falls, and the derivatives; absent behind the camera.
+pub(crate) fn slopes(camera: &Camera, pose: &Pose, board: [f64; 2]) -> Option<([f64; 2], Slopes)> {
+    let turned = pose.rotation * Vector3::new(board[0], board[1], 0.0);
+    let point = turned + pose.translation;
+    let pixel = project(camera, &point)?;
+    let (x, y) = (point.x / point.z, point.y / point.z);
+    let [k1, k2, p1, p2, k3] = camera.distortion;
+    let r2 = x * x + y * y;
+    let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+    // Of the radial factor by r^2.
+    let growth = k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3);
+    let across = 2.0 * (x * y * growth + p1 * x + p2 * y);
+    let bent = Matrix2::new(
+        radial + 2.0 * x * x * growth + 2.0 * p1 * y + 6.0 * p2 * x,
+        across,
+        across,
+        radial + 2.0 * y * y * growth + 6.0 * p1 * y + 2.0 * p2 * x,
+    );
+    let seen = Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y) / point.z;
+    let focal = Matrix2::new(camera.fx, 0.0, 0.0, camera.fy);
+    let moved = focal * bent * seen;
+    let (u, v) = ((pixel[0] - camera.cx) / camera.fx, (pixel[1] - camera.cy) / camera.fy);
+    let terms = [
+        [x * r2, y * r2],
+        [x * r2 * r2, y * r2 * r2],
+        [2.0 * x * y, r2 + 2.0 * y * y],
+        [r2 + 2.0 * x * x, 2.0 * x * y],
+        [x * r2 * r2 * r2, y * r2 * r2 * r2],
+    ];
+    let mut slopes = Slopes::zeros();
+    (slopes[(0, 0)], slopes[(1, 1)], slopes[(0, 2)], slopes[(1, 3)]) = (u, v, 1.0, 1.0);
+    for (k, [along_x, along_y]) in terms.into_iter().enumerate() {
+        (slopes[(0, 4 + k)], slopes[(1, 4 + k)]) = (camera.fx * along_x, camera.fy * along_y);
+    }
+    // A small turn w moves the turned point by w x q.
+    slopes.fixed_view_mut::<2, 3>(0, 9).copy_from(&(-moved * turned.cross_matrix()));
+    slopes.fixed_view_mut::<2, 3>(0, 12).copy_from(&moved);
+    Some((pixel, slopes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_are_those_of_differences() {
+        let distortion = [-0.2, 0.1, 0.003, -0.002, 0.05];
+        let camera = Camera { fx: 800.0, fy: 790.0, cx: 320.0, cy: 240.0, distortion, ..Camera::default() };
+        let rotation = Rotation3::new(Vector3::new(0.3, -0.2, 0.9)).into_inner();
+        let pose = Pose { rotation, translation: Vector3::new(0.05, -0.02, 0.5) };
+        let board = [0.11, 0.07];
+        let (_, slopes) = slopes(&camera, &pose, board).unwrap();
+        let at = |k: usize, step: f64| {
+            let mut camera = camera.clone();
+            let mut own = [0.0; 6];
+            match k {
+                0 => camera.fx += step,
+                1 => camera.fy += step,
+                2 => camera.cx += step,
+                3 => camera.cy += step,
+                4..9 => camera.distortion[k - 4] += step,
+                _ => own[k - 9] = step,
+            }
+            project(&camera, &pose.moved(&own).apply(&Vector3::new(board[0], board[1], 0.0))).unwrap()
+        };
+        for k in 0..15 {
+            let (up, down) = (at(k, 1e-6), at(k, -1e-6));
+            for axis in 0..2 {
+                let difference = (up[axis] - down[axis]) / 2e-6;
+                let own = slopes[(axis, k)];
+                assert!((difference - own).abs() < 1e-5 * own.abs().max(1.0), "{k} {axis}: {difference} {own}");
+            }
+        }
+    }
 }

@@ -2,64 +2,54 @@
 
 use crate::exposures::{sky, stack};
 use crate::fixture::{TRUTH, capture, gonio, gray_png, json, refused, scene, succeeds};
+use drawn::{FOCAL, SIZE, charuco, photograph};
 use gonio_scene::capture::{LightKind, Response};
 use gonio_scene::image::write_png8;
-use markers::MARKERS;
 use std::path::Path;
 
+#[path = "../../calibrate/tests/drawn/mod.rs"]
+mod drawn;
 #[path = "../../calibrate/tests/markers/mod.rs"]
 mod markers;
 
 const BOARD: &str = "charuco:5x7:0.04:0.02:6X6_250";
-const SIZE: [u32; 2] = [640, 480];
-const FOCAL: f64 = 600.0;
 
-/// Brightness of the board at column `u` and row `v` in squares, from the upper left.
-fn board(u: f64, v: f64) -> f64 {
-    if !(0.0..5.0).contains(&u) || !(0.0..7.0).contains(&v) {
-        return 0.85;
-    }
-    let (i, j) = (u.floor(), v.floor());
-    if (i + j) % 2.0 == 0.0 {
-        return 0.1;
-    }
-    let (x, y) = ((u - i - 0.25) * 16.0, (v - j - 0.25) * 16.0);
-    if !(0.0..8.0).contains(&x) || !(0.0..8.0).contains(&y) {
-        return 0.9;
-    }
-    let (column, row) = (x as u64, y as u64);
-    if !(1..7).contains(&column) || !(1..7).contains(&row) {
-        return 0.1;
-    }
-    let marker = MARKERS[(5 * j as usize + i as usize) / 2];
-    if marker >> (35 - 6 * (row - 1) - (column - 1)) & 1 == 1 { 0.9 } else { 0.1 }
+/// A photograph of the board, turned about two axes.
+fn shot(file: &Path, turn: [f64; 2]) {
+    let gray = photograph(&charuco, [0.1, 0.14], turn, 0.42);
+    write_png8(file, SIZE[0], SIZE[1], &gray.into_iter().map(|value| [value; 3]).collect::<Vec<_>>()).unwrap();
 }
 
-/// A photograph of the board by a pinhole camera, turned about two axes; 3 x 3 samples a pixel.
-fn photograph(file: &Path, [about_x, about_y]: [f64; 2], distance: f64) {
-    let ((sx, cx), (sy, cy)) = (about_x.sin_cos(), about_y.sin_cos());
-    // Columns of the rotation Ry Rx: where the board's axes point.
-    let (along_u, along_v) = ([cy, 0.0, -sy], [sy * sx, cx, cy * sx]);
-    let middle = [0.1, 0.14];
-    let origin: [f64; 3] =
-        std::array::from_fn(|k| if k == 2 { distance } else { 0.0 } - middle[0] * along_u[k] - middle[1] * along_v[k]);
-    let cross =
-        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let normal = cross(along_u, along_v);
-    let sample = |x: f64, y: f64| {
-        let ray = [(x - 320.0) / FOCAL, (y - 240.0) / FOCAL, 1.0];
-        let depth = dot(origin, normal) / dot(ray, normal);
-        let point = std::array::from_fn(|k| ray[k] * depth - origin[k]);
-        board(dot(point, along_u) / 0.04, dot(point, along_v) / 0.04)
+/// What `--intrinsics` and `--fix` hold is not looked for.
+fn poses_of_a_known_camera(at: &Path, told: &serde_json::Value) {
+    let command = |photos: &[&'static str], out: &'static str, more: &[&'static str]| {
+        [&["calibrate", "--board", BOARD, "--json", "--out", out], more, photos].concat()
     };
-    let pixel = |k: u32| {
-        let (x, y) = (f64::from(k % SIZE[0]), f64::from(k / SIZE[0]));
-        let sum: f64 =
-            (0..9).map(|s| sample(x + (f64::from(s % 3) + 0.5) / 3.0, y + (f64::from(s / 3) + 0.5) / 3.0)).sum();
-        [(255.0 * sum / 9.0).round() as u8; 3]
-    };
-    write_png8(file, SIZE[0], SIZE[1], &(0..SIZE[0] * SIZE[1]).map(pixel).collect::<Vec<_>>()).unwrap();
+    let photos = ["p0.png", "p1.png", "p2.png", "p3.png"];
+    let plain = json(&succeeds(at, &command(&photos, "plain/capture.toml", &["--fix", "distortion"])));
+    for key in ["k1", "k2", "p1", "p2", "k3"] {
+        assert_eq!(plain["camera"][key].as_f64(), Some(0.0), "{plain}");
+    }
+    std::fs::write(at.join("camera.json"), told.to_string()).unwrap();
+    let whole = capture(&at.join("board"));
+    for (out, file) in [("known/capture.toml", "board"), ("known2/capture.toml", "camera.json")] {
+        let one = json(&succeeds(at, &command(&["p1.png"], out, &["--intrinsics", file])));
+        assert_eq!(one["camera"], told["camera"]);
+        let known = capture(at.join(out).parent().unwrap());
+        let (own, all) = (known.photos[0].camera_to_world, whole.photos[1].camera_to_world);
+        assert!((0..3).all(|k| (own[k][3] - all[k][3]).abs() < 1e-3), "{own:?} {all:?}");
+    }
+    let refuse =
+        |more: &[&'static str], says: &[&str]| refused(at, &command(&["p1.png"], "bad/capture.toml", more), says);
+    refuse(&["--intrinsics", "nowhere.json"], &["--intrinsics nowhere.json", "cannot be read"]);
+    std::fs::write(at.join("none.json"), "{}").unwrap();
+    refuse(&["--intrinsics", "none.json"], &["camera.width", "gonio calibrate --json"]);
+    let mut small = told.clone();
+    small["camera"]["width"] = 320.into();
+    std::fs::write(at.join("small.json"), small.to_string()).unwrap();
+    refuse(&["--intrinsics", "small.json"], &["--intrinsics small.json", "320 x 480", "640 x 480"]);
+    let nothing = command(&["empty.png"], "bad/capture.toml", &["--intrinsics", "board"]);
+    refused(at, &nothing, &["--board: no photo shows"]);
 }
 
 #[test]
@@ -67,7 +57,7 @@ fn a_board_gives_the_camera_and_a_capture_takes_its_poses() {
     let top = scene(TRUTH);
     let at = top.path();
     for (k, turn) in [[0.5, 0.1], [-0.45, 0.2], [0.1, -0.5], [0.2, 0.45]].into_iter().enumerate() {
-        photograph(&at.join(format!("p{k}.png")), turn, 0.42);
+        shot(&at.join(format!("p{k}.png")), turn);
     }
     gray_png(&at.join("empty.png"), SIZE[0], SIZE[1]);
     let photos = ["p0.png", "p1.png", "p2.png", "p3.png"];
@@ -84,6 +74,8 @@ fn a_board_gives_the_camera_and_a_capture_takes_its_poses() {
     assert!(told["error"].as_f64().unwrap() < 0.2 && (number("fx") / FOCAL - 1.0).abs() < 0.01, "{told}");
     assert!((number("cx") - 320.0).abs() < 4.0 && (number("cy") - 240.0).abs() < 4.0, "{told}");
     assert_eq!(capture(&at.join("board")).photos.len(), 4);
+
+    poses_of_a_known_camera(at, &told);
 
     // The same photos with a part, a map and the camera's response.
     let names = stack(at, &sky(32), &[1.0, 0.5, 0.25, 0.125, 0.0625, 0.03]);
@@ -140,6 +132,8 @@ fn a_board_gives_the_camera_and_a_capture_takes_its_poses() {
     for (board, says) in [
         ("charuco:5x7", "write charuco:"),
         ("charuco:5x7:0.02:0.04:6X6_250", "smaller than the square"),
+        ("charuco:7x5:0.04:0.02:6X6_250", "write charuco:5x7:0.04:0.02:6X6_250"),
+        ("charuco:5x7:40:20:6X6_250", "if these are millimetres"),
         ("charuco:5x7:0.04:0.02:9X9_9", "no dictionary"),
     ] {
         refused(at, &["calibrate", "p0.png", "--board", board, "--out", "bad/capture.toml"], &["--board", says]);

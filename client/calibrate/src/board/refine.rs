@@ -4,15 +4,15 @@
 use nalgebra::{Matrix2, Vector2};
 
 /// A gray image, row by row.
-pub(crate) struct Gray<'a> {
-    pub(crate) width: usize,
-    pub(crate) height: usize,
-    pub(crate) data: &'a [u8],
+pub(super) struct Gray<'a> {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) data: &'a [u8],
 }
 
 impl Gray<'_> {
     /// Bilinear between pixels, whose centres are whole numbers; the border goes on outwards.
-    fn at(&self, x: f64, y: f64) -> f64 {
+    pub(super) fn at(&self, x: f64, y: f64) -> f64 {
         let x = x.clamp(0.0, self.width as f64 - 1.0);
         let y = y.clamp(0.0, self.height as f64 - 1.0);
         let (i, j) = (x.floor() as usize, y.floor() as usize);
@@ -24,7 +24,7 @@ impl Gray<'_> {
 
     /// The corner near `start`, from a window of `reach` pixels to either side; `start` where there is none within it.
     /// Pixel centres are whole numbers.
-    pub(crate) fn refine(&self, start: [f64; 2], reach: i32) -> [f64; 2] {
+    pub(super) fn refine(&self, start: [f64; 2], reach: i32) -> [f64; 2] {
         let mut corner = Vector2::from(start);
         for _ in 0..30 {
             let (mut a, mut b) = (Matrix2::zeros(), Vector2::zeros());

@@ -112,8 +112,4 @@ fn what_contradicts_the_others_is_dropped_and_named() {
     assert!(known.photos[0].dropped.iter().any(|(id, _)| *id == wrong));
     assert!((known.photos[0].board_to_camera.translation - shots[2].0.translation).norm() < 5e-4);
     assert_eq!(locate(&camera, &[photos[0][..3].to_vec()]).unwrap_err().photo, Some(0));
-
-    // Where half of the photos contradict the others, nobody is right.
-    let half: Vec<Vec<Corner>> = (0..6).map(|i| photo(&mut draw, if i < 3 { &camera } else { &zoomed }).1).collect();
-    assert!(calibrate(1280, 960, &half, false).is_err());
 }

@@ -74,7 +74,7 @@ fn compare_tile(bencher: Bencher<'_, '_>, columns: usize) {
     };
     let channels = [0, 1, 2].map(|channel| (0..columns).map(|c| column(channel, c)).collect());
     let stage = SensorStage::new(&Sensor::default(), &Camera::default());
-    let recipe = Recipe { factor: 1.0, open: stage.open(), stage, channels, sensor: Vec::new(), columns };
+    let recipe = Recipe { factor: 1.0, stage, channels, sensor: Vec::new(), columns };
     let (pixels, sensor) = (PixelSet::from_flags([true; 1024]), Sensor::default());
     let observed = Observed { tile: TILE, pixels: &pixels, photograph: &photograph, sensor: &sensor };
     bencher.bench_local(|| compare(&film, observed, &recipe, 1.0));

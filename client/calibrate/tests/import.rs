@@ -161,7 +161,7 @@ fn a_frames_keys_are_read_as_groups() {
     let views = transforms("t.json", &text, &locate).unwrap().views;
     let found: Vec<_> = views.iter().map(|view| (view.camera.fx, view.camera.fy, view.camera.distortion)).collect();
     // An angle of a frame goes before a focal length of the file: 32 / tan(0.45).
-    let angle = 32.0 / 0.45_f64.tan();
+    let angle = 32.0 / libm::tan(0.45);
     assert!((found[0].0 - angle).abs() < 1e-9 && (found[0].1 - angle).abs() < 1e-9, "{found:?}");
     assert_eq!(found[1], (50.0, 50.0, [-0.1, 0.0, 0.0, 0.0, 0.0]));
     assert_eq!(found[2], (60.0, 61.0, [0.1, 0.2, 0.0, 0.0, 0.0]));

@@ -176,8 +176,8 @@ mod tests {
         let noisy = PhotoStatistics { noise: vec![0.0, 0.0, 0.0, 300.0], ..photo(100, 0.0) };
         let (quiet, noisy) = (Uncertainty::new(&[photo(100, 0.0)], &[1.0]), Uncertainty::new(&[noisy], &[1.0]));
         // 300 of the render beside 100 of the photo's own, times 100/99 for the parameter that was fitted.
-        let own = 100.0 * 100.0 / 99.0;
-        assert!((noisy.model[0] / quiet.model[0] - ((own + 300.0) / own as f64).sqrt()).abs() < 1e-12);
+        let own: f64 = 100.0 * 100.0 / 99.0;
+        assert!((noisy.model[0] / quiet.model[0] - ((own + 300.0) / own).sqrt()).abs() < 1e-12);
         assert!((noisy.render_share() - 300.0 / (300.0 + own)).abs() < 1e-12);
     }
 

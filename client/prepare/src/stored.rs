@@ -39,7 +39,7 @@ fn orientation(bytes: &[u8]) -> Option<u16> {
 
 /// The image as its orientation says that it is to be shown (Exif 2.32, tag 0x0112); other numbers leave it as it is.
 #[must_use]
-pub fn upright(image: Image, orientation: u16) -> Image {
+pub fn upright(image: &Image, orientation: u16) -> Image {
     let (width, height) = (image.width as usize, image.height as usize);
     let (right, bottom) = (width.saturating_sub(1), height.saturating_sub(1));
     let source = |x: usize, y: usize| match orientation {
@@ -80,7 +80,7 @@ mod tests {
         for number in 1..=8 {
             let mut shown = DynamicImage::ImageRgb8(stored.clone());
             shown.apply_orientation(Orientation::from_exif(number).unwrap());
-            assert_eq!(upright(floats(&stored), u16::from(number)), floats(&shown.to_rgb8()), "{number}");
+            assert_eq!(upright(&floats(&stored), u16::from(number)), floats(&shown.to_rgb8()), "{number}");
         }
     }
 
@@ -96,7 +96,7 @@ mod tests {
         let files = |bytes: Vec<u8>| MemoryFiles([("a.jpg".to_owned(), Arc::from(bytes))].into());
         let (image, orientation) = read(&files(turned), "a.jpg").unwrap();
         assert_eq!((image.width, image.height, orientation), (4, 2, 6));
-        assert_eq!(upright(image, orientation).width, 2);
+        assert_eq!(upright(&image, orientation).width, 2);
         assert_eq!(read(&files(bytes), "a.jpg").unwrap().1, 1);
     }
 }

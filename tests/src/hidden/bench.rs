@@ -30,6 +30,6 @@ impl Bench {
     #[must_use]
     pub fn capture(&self, trial: u64) -> Hidden {
         let photos = pixels::noisy(&self.films, &self.world, &mut Random::new(trial, 4));
-        photograph(&photos, self.world.guess(), meshes(&self.world), self.world.capture.clone())
+        photograph(&photos, &self.world.guess(), meshes(&self.world), self.world.capture.clone())
     }
 }

@@ -68,11 +68,11 @@ pub fn hide(effects: &[(&str, f64)], seed: u64, samples: u32) -> Hidden {
         assert!(pixels::apply(effect, *strength, &world, &mut films, &mut random), "{effect} is no effect");
     }
     let photos = pixels::noisy(&films, &world, &mut Random::new(seed, 3));
-    photograph(&photos, said, files, truth)
+    photograph(&photos, &said, files, truth)
 }
 
 /// A capture as it is said to be, with these photos beside its other files.
-fn photograph(photos: &Films, said: Capture, mut files: MemoryFiles, truth: Capture) -> Hidden {
+fn photograph(photos: &Films, said: &Capture, mut files: MemoryFiles, truth: Capture) -> Hidden {
     let (width, height) = (said.camera.width, said.camera.height);
     for (photo, values) in said.photos.iter().zip(&photos.0) {
         let image = Image { width, height, pixels: values.iter().map(|v| v.map(|x| x as f32)).collect() };

@@ -17,7 +17,7 @@ pub(crate) fn left_out(
 ) -> Result<Vec<f64>, DiagnoseError> {
     let photos = &model.fit.photos;
     if photos.len() < 2 {
-        return Ok(photos.iter().map(|p| p.loss()).collect());
+        return Ok(photos.iter().map(gonio_scene::PhotoStatistics::loss).collect());
     }
     let mut farm = workshop.open(&model.capture, &model.files)?;
     let mut all = Vec::new();

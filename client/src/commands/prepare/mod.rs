@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// An image file that the command line names, turned as it is to be shown.
 fn image(path: &Path) -> Result<Image, Failure> {
     let (image, orientation) = stored::read(&DirectoryFiles::new("."), &path.display().to_string())?;
-    Ok(stored::upright(image, orientation))
+    Ok(stored::upright(&image, orientation))
 }
 
 /// A text file that the command line names.

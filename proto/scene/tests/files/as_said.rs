@@ -233,5 +233,5 @@ fn a_png_claims_a_curve_and_primaries() {
     // A length that reaches beyond the file ends the search.
     let mut broken = with(b"gAMA", &[1]);
     broken[33..37].copy_from_slice(&u32::MAX.to_be_bytes());
-    assert_eq!(claims(&broken).other_primaries, false);
+    assert!(!claims(&broken).other_primaries);
 }

@@ -29,7 +29,7 @@ pub fn colmap(cameras: &str, images: &str) -> Result<Imported> {
         // The second line of an image lists its points, and may be empty, or absent behind the last.
         let points = points.map_or("", |(_, line)| line);
         let values: Vec<bool> = points.split_whitespace().map(|word| word.parse::<f64>().is_ok()).collect();
-        if values.len() % 3 != 0 || values.contains(&false) {
+        if !values.len().is_multiple_of(3) || values.contains(&false) {
             let mend = "write a line behind each image, empty or with X Y POINT3D_ID for every point";
             let problem = "is no list of an image's points, which must follow the image";
             return Err(SceneError::new(file, problem, mend).at(format!("line {}", number + 2)));

@@ -91,6 +91,9 @@ pub enum Command {
     /// Tell whether synthetic images predict an estimator's recall on real ones, and which effects that hangs on
     #[command(after_help = EXIT_CODES)]
     Predict(crate::commands::predict::PredictArguments),
+    /// Write a capture for other programs: Mitsuba, Blender, USD, glTF, pbrt; says which numbers were kept
+    #[command(after_help = EXIT_CODES)]
+    Export(crate::commands::export::ExportArguments),
     /// Calibrate a camera from photos of a ChArUco board
     #[command(after_help = EXIT_CODES)]
     Calibrate(crate::commands::calibrate::CalibrateArguments),

@@ -38,6 +38,7 @@ fn main() -> ExitCode {
         Command::Dprime(arguments) => (commands::dprime::run(&arguments), arguments.json),
         Command::Estimate(arguments) => (commands::estimate::run(&arguments), arguments.json),
         Command::Evaluate(arguments) => (commands::evaluate::run(&arguments), arguments.json),
+        Command::Export(arguments) => (commands::export::run(&arguments), arguments.json),
         Command::Predict(arguments) => (commands::predict::run(&arguments), arguments.json),
         Command::Study(arguments) => (commands::study::run(&arguments), arguments.json),
         Command::Import(arguments) => (commands::import::run(&arguments), arguments.json),

@@ -7,6 +7,7 @@ pub mod dprime;
 mod draft;
 pub mod estimate;
 pub mod evaluate;
+pub mod export;
 pub mod fit;
 pub mod import;
 pub mod jobs;

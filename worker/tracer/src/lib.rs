@@ -30,3 +30,4 @@ mod vectors;
 
 pub use prepared::{Prepared, Stage};
 pub use render::TileTask;
+pub use shader::AIR;

@@ -23,7 +23,7 @@ pub const MAX_SLOTS: usize = 8;
 /// Index of refraction of air at standard conditions (Ciddor 1996, visible light): a capture's `ior` is against vacuum, as
 /// tables give it, but light meets the part from air. That 0.03 % is 0.1 % of a plastic's diffuse light and of its
 /// normal reflectance, which the reference renders show.
-const AIR: f64 = 1.000_277;
+pub const AIR: f64 = 1.000_277;
 
 /// A material's BSDF and the derivative planes of its slots.
 #[derive(Clone, Debug)]

@@ -24,6 +24,7 @@ mod aliasing;
 mod boundary;
 mod dual;
 mod error;
+mod exchange;
 mod fresnel;
 mod many;
 mod microfacet;
@@ -40,6 +41,7 @@ use glam::Vec3;
 
 pub use conductor::Conductor;
 pub use error::ParameterError;
+pub use exchange::Exchange;
 pub use lambert::Lambert;
 pub use layered::{Built, Core, Layered, Recipe, Site};
 pub use many::Evaluations;

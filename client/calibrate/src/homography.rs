@@ -121,7 +121,7 @@ mod tests {
         let corner = |id: u32| {
             let board = [f64::from(id % 6) * 0.1, f64::from(id / 6) * 0.1];
             let [x, y] = map(&truth, board);
-            let wrong = if id % 3 == 0 { 10.0 + 3.0 * f64::from(id) } else { 0.0 };
+            let wrong = if id.is_multiple_of(3) { 10.0 + 3.0 * f64::from(id) } else { 0.0 };
             Corner { id, board, pixel: [x + wrong, y - 0.5 * wrong] }
         };
         let corners: Vec<Corner> = (0..30).map(corner).collect();

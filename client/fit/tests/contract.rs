@@ -8,7 +8,7 @@ mod fake;
 
 use fake::{Fake, Scene};
 use gonio_fit::{Evaluate, EvaluateError, FitError, FitEvent, FitResult, Options, SolverName, Watch, fit};
-use gonio_scene::{Evaluation, EvaluationRequest, Output};
+use gonio_scene::{Evaluation, EvaluationRequest, Output, Stream};
 use std::ops::ControlFlow;
 
 fn scene() -> Scene {
@@ -44,7 +44,7 @@ fn every_request_has_the_same_seed_and_values_inside_the_bounds() {
         let ranges = fake.capture.numbers();
         run(&mut fake, &Options { solver, seed: 9, ..Options::default() });
         for request in &fake.requests {
-            assert_eq!(request.seed, 9);
+            assert_eq!(request.seed, Stream::Fit.seed(9));
             assert!(request.numbers.iter().all(|(n, v)| ranges[n].1.holds(*v)), "{solver}: {:?}", request.numbers);
         }
     }

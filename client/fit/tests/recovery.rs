@@ -153,5 +153,5 @@ fn debiased_equations_are_unbiased_where_plain_least_squares_is_not() {
     let (debiased, plain) = (mean_intensity_z(false), mean_intensity_z(true));
     println!("debiased {debiased:.2}, plain {plain:.2}");
     assert!(debiased.abs() < 3.5, "{debiased}");
-    assert!(plain.abs() > 8.0, "{plain}");
+    assert!(plain.abs() > 6.0, "{plain}");
 }

@@ -63,8 +63,8 @@ pub(crate) fn check(camera: &Camera, errors: &[f64; 9]) -> Result<(), Refusal> {
     }
     let sizes = [fx, fy, f64::from(width), f64::from(height)];
     for (k, (name, value)) in [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)].into_iter().enumerate() {
-        if errors[k].is_nan() || errors[k] > LARGEST_ERROR * sizes[k] {
-            let error = errors[k];
+        let error = errors[k];
+        if error.is_nan() || error > LARGEST_ERROR * sizes[k] {
             return Err(Refusal::new(format!(
                 "the photos do not determine the camera: {name} came out as {value:.1} +- {error:.1} px; {TILT}"
             )));

@@ -11,9 +11,9 @@ pub mod noise;
 pub mod operations;
 pub mod pki;
 
-use gonio_scene::film::{PixelSet, Tile};
+use gonio_scene::film::{PixelSet, Tile, TileFilm};
 use gonio_scene::{Assets, Capture};
-use gonio_tracer::{Stage, TileTask};
+use gonio_tracer::{Prepared, Stage, TileTask};
 use rayon::prelude::*;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -28,6 +28,21 @@ pub struct Halves {
     pub halves: [Vec<[f32; 3]>; 2],
 }
 
+/// All pixels of one tile of a photo, with `samples` per pixel in both halves together.
+pub fn tile_film(prepared: &Prepared, photo: usize, tile: Tile, samples: u32, seed: u64) -> TileFilm {
+    let pixels = PixelSet::from_flags(std::iter::repeat_n(true, tile.len()));
+    let task = TileTask {
+        photo,
+        tile,
+        pixels: &pixels,
+        samples: 0..samples / 2,
+        difference_samples: 0,
+        forward_samples: 0,
+        seed,
+    };
+    prepared.render(&task, &AtomicBool::new(false)).unwrap()
+}
+
 /// Renders every photo of a capture with `samples` per pixel in all.
 pub fn render(capture: &Capture, assets: Assets, samples: u32, seed: u64) -> Vec<Halves> {
     let prepared = Stage::new(capture.clone(), assets).prepare(&[], &[]).unwrap();
@@ -39,17 +54,7 @@ pub fn render(capture: &Capture, assets: Assets, samples: u32, seed: u64) -> Vec
             let films: Vec<_> = tiles
                 .par_iter()
                 .map(|tile| {
-                    let pixels = PixelSet::from_flags(std::iter::repeat_n(true, tile.len()));
-                    let task = TileTask {
-                        photo,
-                        tile: *tile,
-                        pixels: &pixels,
-                        samples: 0..samples / 2,
-                        difference_samples: 0,
-                        forward_samples: 0,
-                        seed,
-                    };
-                    let film = prepared.render(&task, &AtomicBool::new(false)).unwrap();
+                    let film = tile_film(&prepared, photo, *tile, samples, seed);
                     assert_eq!(film.invalid_samples, 0);
                     film
                 })

@@ -1,7 +1,7 @@
 //! What became of every number.
 
 use gonio_scene::Capture;
-use gonio_scene::capture::{Model, Response};
+use gonio_scene::capture::{Light, Model, Response};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -98,6 +98,15 @@ impl Ledger {
     /// As [`Ledger::exact`], for what is lost: `why`.
     pub fn lost(&mut self, name: &str, why: &str) {
         self.judge(name, Kept::Lost(why.to_owned()));
+    }
+
+    /// The lobe of a lamp, if it has one, in a format that has none.
+    pub fn lose_lobe(&mut self, light: &Light, why: &str) {
+        if light.lobe.exponent > 0.0 {
+            for key in ["lobe_exponent", "lobe_axis"] {
+                self.lost(&format!("light.{}.{key}", light.name), why);
+            }
+        }
     }
 
     /// Of two judgements on one name the worse holds: a number may be kept in one photo and not in another.

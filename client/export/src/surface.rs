@@ -188,6 +188,10 @@ pub fn dielectric_mean(n: f64) -> f64 {
 /// Why a variation over the surface does not travel.
 pub const NO_TEXTURE: &str = "it varies over the object's box, and the meshes have no texture coordinates for a map";
 
+/// How a plastic's base colour travels to a renderer that reflects nothing below the boundary.
+pub const SAME_DIFFUSE_LIGHT: &str =
+    "the colour whose diffuse light, averaged over directions, is the same without reflection below the boundary";
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,8 +12,8 @@ pub struct Space {
     start: Vec<f64>,
 }
 
-/// Change of chi-square by a whole unit of a coordinate, which is the value's distance from its bound or more, below which the value
-/// is at that bound: a hundredth of its standard error, squared.
+/// A value is at its bound where its curvature is less than this. Without unit; derived: one unit of a coordinate moves the value by about its
+/// distance from the bound, and the curvature is that distance over the value's standard error, squared. This is a hundredth of an error.
 const UNFELT: f64 = 1e-4;
 
 impl Space {

@@ -1,12 +1,12 @@
 //! Renders through the tracer: light straight from lamps at full size, the rest at a coarse one.
 
 use gonio_scene::capture::Model;
-use gonio_scene::film::{PixelSet, Tile};
+use gonio_scene::film::Tile;
 use gonio_scene::{Assets, Capture};
 use gonio_tests::hidden::film;
-use gonio_tracer::{Prepared, Stage, TileTask};
+use gonio_tests::tile_film;
+use gonio_tracer::{Prepared, Stage};
 use rayon::prelude::*;
-use std::sync::atomic::AtomicBool;
 
 /// The capture with `factor` times the pixels a side.
 pub fn enlarged(capture: &Capture, factor: u32) -> Capture {
@@ -84,22 +84,7 @@ fn render(prepared: &Prepared, photo: usize, samples: u32, seed: u64) -> Plain {
     let tiles: Vec<Tile> = Tile::cover(width, height).collect();
     // In parts: films of all tiles would be as large as the photo once more.
     for tiles in tiles.chunks(1024) {
-        let films: Vec<_> = tiles
-            .par_iter()
-            .map(|tile| {
-                let all = PixelSet::from_flags(std::iter::repeat_n(true, tile.len()));
-                let task = TileTask {
-                    photo,
-                    tile: *tile,
-                    pixels: &all,
-                    samples: 0..samples / 2,
-                    difference_samples: 0,
-                    forward_samples: 0,
-                    seed,
-                };
-                prepared.render(&task, &AtomicBool::new(false)).unwrap()
-            })
-            .collect();
+        let films: Vec<_> = tiles.par_iter().map(|tile| tile_film(prepared, photo, *tile, samples, seed)).collect();
         for (tile, film) in tiles.iter().zip(&films) {
             for p in 0..tile.len() {
                 let (x, y) = (tile.x as usize + p % tile.width as usize, tile.y as usize + p / tile.width as usize);

@@ -17,7 +17,8 @@ pub fn axes([about_x, about_y]: [f64; 2]) -> [[f64; 3]; 2] {
     [[cy, 0.0, -sy], [sy * sx, cx, cy * sx]]
 }
 
-/// The gray values of a board, whose point `middle` (metres) is in the middle of the picture, `distance` metres away. `board` says how bright the board is at x and y, metres, from 0 to 1.
+/// The gray values of a board, whose point `middle` (metres) is in the middle of the picture, `distance` metres away. `board`
+/// says how bright the board is at x and y, metres, from 0 to 1.
 pub fn photograph(board: &dyn Fn(f64, f64) -> f64, middle: [f64; 2], turn: [f64; 2], distance: f64) -> Vec<u8> {
     let [along_x, along_y] = axes(turn);
     let origin: [f64; 3] =

@@ -1,7 +1,7 @@
 //! A material as `scene.py` reads it.
 
 use crate::ledger::Ledger;
-use crate::surface::{Effect, NO_TEXTURE, Surface, metal_at_normal};
+use crate::surface::{Effect, NO_TEXTURE, SAME_DIFFUSE_LIGHT, Surface, metal_at_normal};
 use gonio_scene::capture::Model;
 use serde_json::{Value, json};
 
@@ -60,10 +60,7 @@ pub fn judge(surface: &Surface, ledger: &mut Ledger) {
             ledger.approximated(&key("k"), place);
         }
         Model::Plastic { .. } => {
-            ledger.approximated(
-                &key("base_color"),
-                "the colour whose diffuse light, averaged over directions, is the same without reflection below the boundary",
-            );
+            ledger.approximated(&key("base_color"), SAME_DIFFUSE_LIGHT);
             ledger.exact(&key("roughness"), "Principled's roughness");
             ledger.exact(&key("ior"), "Principled's IOR");
             ledger.exact(&key("energy_compensation"), "the distribution: multiscatter GGX, or GGX");

@@ -94,10 +94,6 @@ fn judge(scene: &Scene<'_>, ledger: &mut Ledger) {
                 ledger.exact(&name, "the world's environment texture");
             }
         }
-        if light.lobe.exponent > 0.0 {
-            let why = "a lamp here shines to all sides as brightly as along its axis";
-            ledger.lost(&format!("{name}.lobe_exponent"), why);
-            ledger.lost(&format!("{name}.lobe_axis"), why);
-        }
+        ledger.lose_lobe(light, "a lamp here shines to all sides as brightly as along its axis");
     }
 }

@@ -1,7 +1,7 @@
 //! A material of glTF: metallic-roughness with its extensions.
 
 use crate::ledger::Ledger;
-use crate::surface::{Effect, NO_TEXTURE, Surface, metal_at_normal};
+use crate::surface::{Effect, NO_TEXTURE, SAME_DIFFUSE_LIGHT, Surface, metal_at_normal};
 use gonio_scene::capture::Model;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
@@ -63,10 +63,7 @@ pub fn judge(surface: &Surface, ledger: &mut Ledger) {
             }
         }
         Model::Plastic { .. } => {
-            ledger.approximated(
-                &key("base_color"),
-                "the colour whose diffuse light, averaged over directions, is the same without reflection below the boundary",
-            );
+            ledger.approximated(&key("base_color"), SAME_DIFFUSE_LIGHT);
             ledger.exact(&key("roughness"), "roughnessFactor");
             ledger.approximated(&key("ior"), "KHR_materials_ior, and Schlick's Fresnel");
             ledger.approximated(

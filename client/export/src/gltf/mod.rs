@@ -148,11 +148,7 @@ fn judge(scene: &Scene<'_>, ledger: &mut Ledger) {
             LightKind::Map { .. } => ledger.lost(&name, "glTF has no environment map; its file lies in maps/"),
             LightKind::Constant { .. } => ledger.lost(&name, "glTF has no light from everywhere"),
         }
-        if light.lobe.exponent > 0.0 {
-            let why = "glTF has no lamp of this lobe: it shines to all sides as brightly as along its axis";
-            ledger.lost(&format!("{name}.lobe_exponent"), why);
-            ledger.lost(&format!("{name}.lobe_axis"), why);
-        }
+        ledger.lose_lobe(light, "glTF has no lamp of this lobe: it shines to all sides as brightly as along its axis");
     }
 }
 

@@ -72,10 +72,7 @@ pub fn judge(scene: &Scene<'_>, ledger: &mut Ledger) {
             LightKind::Constant { .. } => "constant, or in the pixels of an envmap beside it",
         };
         ledger.exact(&name, place);
-        if light.lobe.exponent > 0.0 {
-            let why = "Mitsuba has no lamp of this lobe: it shines to all sides as brightly as along its axis";
-            ledger.lost(&format!("{name}.lobe_exponent"), why);
-            ledger.lost(&format!("{name}.lobe_axis"), why);
-        }
+        ledger
+            .lose_lobe(light, "Mitsuba has no lamp of this lobe: it shines to all sides as brightly as along its axis");
     }
 }

@@ -68,10 +68,6 @@ pub fn judge(scene: &Scene<'_>, ledger: &mut Ledger) {
                 ledger.approximated(&name, "infinite, its map resampled to pbrt's square of equal areas");
             }
         }
-        if light.lobe.exponent > 0.0 {
-            let why = "the lamp shines to all sides as brightly as along its axis";
-            ledger.lost(&format!("{name}.lobe_exponent"), why);
-            ledger.lost(&format!("{name}.lobe_axis"), why);
-        }
+        ledger.lose_lobe(light, "the lamp shines to all sides as brightly as along its axis");
     }
 }

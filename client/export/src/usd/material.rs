@@ -2,7 +2,7 @@
 
 use super::text::triple;
 use crate::ledger::Ledger;
-use crate::surface::{Effect, NO_TEXTURE, Surface, metal_at_normal};
+use crate::surface::{Effect, NO_TEXTURE, SAME_DIFFUSE_LIGHT, Surface, metal_at_normal};
 use gonio_scene::capture::Model;
 use std::fmt::Write;
 
@@ -124,10 +124,7 @@ pub fn judge(surface: &Surface, ledger: &mut Ledger) {
             }
         }
         Model::Plastic { energy_compensation, .. } => {
-            ledger.approximated(
-                &key("base_color"),
-                "the colour whose diffuse light, averaged over directions, is the same without reflection below the boundary",
-            );
+            ledger.approximated(&key("base_color"), SAME_DIFFUSE_LIGHT);
             ledger.exact(&key("roughness"), "roughness, specular_roughness");
             ledger.exact(&key("ior"), "ior, specular_ior");
             if energy_compensation {

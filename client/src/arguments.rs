@@ -196,22 +196,30 @@ pub struct FitArguments {
 #[derive(Debug, Args)]
 pub struct DiagnoseArguments {
     /// The capture's folder or its capture.toml
-    pub capture: PathBuf,
-    /// Folder to write diagnosis.json, capture.toml and report.html to; created if need be
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    #[arg(required_unless_present = "evidence")]
+    pub capture: Option<PathBuf>,
+    /// Folder to write diagnosis.json, evidence.json, capture.toml and report.html to; created if need be
+    #[arg(long, value_name = "DIR", required_unless_present = "evidence")]
+    pub out: Option<PathBuf>,
+    /// Decide again from an evidence.json that a diagnosis has written, without a render: prints the decision as JSON, or what
+    /// it would need to know
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["capture", "out", "samples", "seed", "without", "watch", "farm"])]
+    pub evidence: Option<PathBuf>,
+    /// A TOML file with numbers of the policy that are to differ from the defaults, such as `accident = 0.1`
+    #[arg(long, value_name = "FILE")]
+    pub policy: Option<PathBuf>,
     /// Most samples per pixel of any fit's iteration; even
     #[arg(long, value_name = "MAX", default_value_t = 64, value_parser = samples)]
     pub samples: u32,
     /// Seed of every random number
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Smallest gain of interest, as a part of chi-square above the noise floor
-    #[arg(long, value_name = "PART", default_value_t = 0.02)]
-    pub smallest_gain: f64,
-    /// Smallest gain of interest where there is measured reflectance alone, as a part of the error on files left out
-    #[arg(long, value_name = "PART", default_value_t = 0.1)]
-    pub smallest_file_gain: f64,
+    /// Smallest gain of interest, as a part of chi-square above the noise floor [default: 0.02]
+    #[arg(long, value_name = "PART")]
+    pub smallest_gain: Option<f64>,
+    /// Smallest gain of interest where there is measured reflectance alone, as a part of the error on files left out [default: 0.1]
+    #[arg(long, value_name = "PART")]
+    pub smallest_file_gain: Option<f64>,
     /// Effects to leave out of the catalogue, such as defocus,bumps
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub without: Vec<String>,

@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used)] // a test fails by panicking
 
 use gonio::farm::Farm;
-use gonio_diagnose::effects::CATALOGUE;
+use gonio_diagnose::effects::all;
 use gonio_diagnose::{Diagnosed, Diagnosis, Options, Verdict};
 use gonio_scene::Capture;
 use gonio_scene::files::{Files, MemoryFiles};
@@ -42,7 +42,7 @@ fn run(effects: &[(&str, f64)], seed: u64, options: &Options) -> Diagnosis {
 
 /// Everything but these is left out of the catalogue: where the question is not who is confused with whom.
 fn only(names: &[&str]) -> Options {
-    let without = CATALOGUE.iter().map(|e| e.name.to_owned()).filter(|e| !names.contains(&e.as_str())).collect();
+    let without = all().map(|e| e.name.to_owned()).filter(|e| !names.contains(&e.as_str())).collect();
     Options { without, ..Options::default() }
 }
 

@@ -6,7 +6,7 @@
 mod planted;
 
 use gonio::farm::Farm;
-use gonio_diagnose::effects::CATALOGUE;
+use gonio_diagnose::effects::all;
 use gonio_diagnose::{Diagnosed, Options, Verdict};
 use gonio_scene::files::MemoryFiles;
 use gonio_tests::hidden::{Hidden, diagnosed, hide, named};
@@ -150,7 +150,7 @@ fn photos_and_files_are_diagnosed_together() {
     }
     files.0.insert("capture.toml".to_owned(), Arc::from(toml.as_bytes()));
     let considered = ["vignetting", "second-lobe", "black-level"];
-    let without = CATALOGUE.iter().map(|e| e.name.to_owned()).filter(|e| !considered.contains(&e.as_str())).collect();
+    let without = all().map(|e| e.name.to_owned()).filter(|e| !considered.contains(&e.as_str())).collect();
     let done = diagnose_with(&files, &Options { without, ..Options::default() });
     assert_eq!(named(&done.diagnosis), [["vignetting".to_owned()]]);
     assert_eq!(done.capture.reflectance.len(), 2);

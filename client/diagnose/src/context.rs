@@ -54,6 +54,20 @@ impl<'a> Context<'a> {
         })
     }
 
+    /// The photos, in the capture's order.
+    pub fn photos(&self) -> impl Iterator<Item = &'a gonio_scene::capture::Photo> + '_ {
+        self.capture.photos.iter()
+    }
+
+    /// Whether the capture's fit frees a number, or a colour or point that holds it.
+    #[must_use]
+    pub fn frees(&self, name: &str) -> bool {
+        let below =
+            |free: &String| name == free || name.strip_prefix(free.as_str()).is_some_and(|r| r.starts_with('.'));
+        let above = |free: &String| free.strip_prefix(name).is_some_and(|r| r.starts_with('.'));
+        self.capture.fit.parameters.iter().any(|free| below(free) || above(free))
+    }
+
     /// Lights that come from one place.
     pub fn lamps(&self) -> impl Iterator<Item = &'a Light> + '_ {
         let lamp = |l: &&Light| matches!(l.kind, LightKind::Point { .. } | LightKind::Sphere { .. });
@@ -85,7 +99,7 @@ impl<'a> Context<'a> {
     pub fn distance(&self) -> f64 {
         let (centre, _) = self.part_box();
         let far = |p: &gonio_scene::capture::Photo| {
-            let d = [0, 1, 2].map(|i| p.camera_to_world[i][3] - centre[i]);
+            let d = [0, 1, 2].map(|i| p.pose()[i][3] - centre[i]);
             d.iter().map(|x| x * x).sum::<f64>().sqrt()
         };
         let photos = &self.capture.photos;

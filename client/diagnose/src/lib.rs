@@ -5,44 +5,30 @@
 //! promise most, adds what survives cross-validation between photos, and judges the outcome on photos that nothing
 //! before has read. Like a fit, it knows nothing of where a photo is rendered: it takes a [`Workshop`].
 
-mod advance;
-mod backward;
+mod conclude;
 pub mod context;
-pub mod covariates;
-mod cross;
+pub mod decide;
 mod diagnose;
 pub mod effects;
 mod error;
 mod event;
-mod finer;
-mod folds;
-mod judge;
-mod measured;
-mod model;
+pub mod evidence;
 mod options;
 mod overlay;
-pub mod probe;
-mod quadratic;
-mod ranking;
-mod reduced;
-mod refit;
+mod policy;
 mod result;
-pub mod score;
-mod search;
-mod select;
-mod shortlist;
-mod structure;
-mod trial;
+pub mod suspects;
 pub mod variant;
 mod workshop;
 
+pub use decide::Verdict;
 pub use diagnose::{Diagnosed, diagnose};
 pub use error::DiagnoseError;
 pub use event::DiagnoseEvent;
-pub use judge::Judgement;
-pub use model::{Model, Part};
+pub use evidence::Structure;
+pub use evidence::gather::structure::Seen;
 pub use options::Options;
 pub use overlay::{AddedFile, Overlay};
-pub use result::{Considered, Diagnosis, Finding, FoundParameter, HeldOut, Verdict};
-pub use structure::{STRONG, Seen, Structure};
+pub use policy::Policy;
+pub use result::{Considered, Diagnosis, Finding, FoundParameter, HeldOut};
 pub use workshop::{Observer, Workshop};

@@ -1,7 +1,10 @@
 //! How a diagnosis is to be done.
 
 use crate::DiagnoseError;
-use crate::effects::{CATALOGUE, Effect};
+use crate::Policy;
+use crate::decide::accept::least;
+use crate::effects::{Effect, all};
+use crate::evidence::Evidence;
 
 /// Samples of all fitted photos' pixels in one evaluation, more or less at most.
 const MOST_SAMPLES: u64 = 16_000_000;
@@ -27,39 +30,15 @@ pub struct Options {
     pub samples: u32,
     /// Samples per pixel of finite differences in fits; even. The score pass, which has many more of them, takes at most 4.
     pub difference_samples: u32,
-    /// Smallest gain of interest: part of the base model's held-out chi-square above the noise floor.
-    pub smallest_gain: f64,
-    /// Smallest gain of interest to measured reflectance: part by which an effect must lower the error, the root of mean
-    /// squared residuals, on files that it was not fitted to.
-    ///
-    /// Measured residuals are structure, as a model of few numbers leaves it: smooth over angles, so that thousands of
-    /// samples hold perhaps twenty independent features. Two or three further numbers take their share of these, a tenth of the
-    /// squares, whatever they mean; left out, a wrong effect gains or loses about as much by accident. A tenth of the error is
-    /// a fifth of the squares, twice that; and less would hardly be seen in a picture.
-    pub smallest_file_gain: f64,
-    /// Chance, per capture, to name an effect where there is none.
-    pub false_alarms: f64,
-    /// Effects that are fitted after each ranking, at most.
-    pub shortlist: usize,
-    /// Effects that a model is extended by, at most; at least 1.
-    pub most_effects: usize,
+    /// What is accepted, and what it is called.
+    pub policy: Policy,
     /// Effects that are left out of the catalogue.
     pub without: Vec<String>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self {
-            seed: 0,
-            samples: 64,
-            difference_samples: 8,
-            smallest_gain: 0.02,
-            smallest_file_gain: 0.1,
-            false_alarms: 0.05,
-            shortlist: 3,
-            most_effects: 2,
-            without: Vec::new(),
-        }
+        Self { seed: 0, samples: 64, difference_samples: 8, policy: Policy::default(), without: Vec::new() }
     }
 }
 
@@ -70,22 +49,26 @@ impl Options {
     /// A name to leave out that is no effect's, a number out of range.
     pub(crate) fn effects(&self) -> Result<Vec<&'static Effect>, DiagnoseError> {
         let refuse = |option, value: String, mend| Err(DiagnoseError::Option { option, value, mend });
-        if let Some(unknown) = self.without.iter().find(|n| !CATALOGUE.iter().any(|e| e.name == **n)) {
+        if let Some(unknown) = self.without.iter().find(|n| !all().any(|e| e.name == **n)) {
             return refuse("without", unknown.clone(), "name effects of the catalogue");
         }
-        if !(self.smallest_gain > 0.0 && self.smallest_gain < 1.0) {
-            return refuse("smallest-gain", self.smallest_gain.to_string(), "write a part between 0 and 1");
+        if !(self.policy.smallest_gain > 0.0 && self.policy.smallest_gain < 1.0) {
+            return refuse("smallest-gain", self.policy.smallest_gain.to_string(), "write a part between 0 and 1");
         }
-        if !(self.smallest_file_gain > 0.0 && self.smallest_file_gain < 1.0) {
-            return refuse("smallest-file-gain", self.smallest_file_gain.to_string(), "write a part between 0 and 1");
+        if !(self.policy.smallest_file_gain > 0.0 && self.policy.smallest_file_gain < 1.0) {
+            return refuse(
+                "smallest-file-gain",
+                self.policy.smallest_file_gain.to_string(),
+                "write a part between 0 and 1",
+            );
         }
-        if !(self.false_alarms > 0.0 && self.false_alarms < 0.5) {
-            return refuse("false-alarms", self.false_alarms.to_string(), "write a chance between 0 and 0.5");
+        if !(self.policy.false_alarms > 0.0 && self.policy.false_alarms < 0.5) {
+            return refuse("false-alarms", self.policy.false_alarms.to_string(), "write a chance between 0 and 0.5");
         }
-        if self.most_effects == 0 {
+        if self.policy.most_effects == 0 {
             return refuse("most-effects", "0".to_owned(), "write at least 1");
         }
-        Ok(CATALOGUE.iter().filter(|e| !self.without.iter().any(|n| n == e.name)).copied().collect())
+        Ok(all().filter(|e| !self.without.iter().any(|n| n == e.name)).collect())
     }
 
     /// The same with fewer samples where the photos to be fitted have so many pixels that these take over what more samples would
@@ -93,6 +76,11 @@ impl Options {
     pub(crate) fn shared_among(&self, pixels: u64) -> Self {
         let samples = (MOST_SAMPLES / pixels.max(1) / 2 * 2).max(u64::from(FEWEST_SAMPLES));
         Self { samples: u32::try_from(samples).map_or(self.samples, |s| s.min(self.samples)), ..self.clone() }
+    }
+
+    /// The gain per observation that a search of a place is after.
+    pub(crate) fn least(&self, evidence: &Evidence) -> f64 {
+        least(evidence, &self.policy)
     }
 
     /// Samples per pixel of score passes and of the fits that are compared with each other.

@@ -1,20 +1,9 @@
 //! What a diagnosis returns, and writes as `diagnosis.json`.
 
-use crate::structure::Structure;
+use crate::decide::Verdict;
+use crate::evidence::Structure;
 use gonio_fit::FitResult;
 use serde::Serialize;
-
-/// The sentence of a diagnosis in one word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Verdict {
-    /// The residuals look like noise.
-    None,
-    /// A cause is named, and lowers the error on photos that it was not fitted to.
-    Named,
-    /// Something is left that no effect of the catalogue explains.
-    Unexplained,
-}
 
 /// The outcome of a diagnosis. Serialised, it is `diagnosis.json`.
 #[derive(Debug, Clone, Serialize)]

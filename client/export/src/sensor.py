@@ -24,7 +24,7 @@ def photograph(image, photo, rng=None):
         raise ValueError(f"image is {light.shape}; photo {photo} is ({view['height']}, {view['width']}, 3)")
     if view["glare_fraction"] > 0:
         light = glare(light, view["glare_fraction"], view["glare_width"])
-    light = light * view["factor"]
+    light = light * view["factor"] * np.asarray(view["balance"]) * np.asarray(view["balance"])
     x, y = np.meshgrid(np.arange(width) + 0.5 - view["cx"], np.arange(height) + 0.5 - view["cy"])
     r2 = (x * x + y * y) / (0.25 * (width * width + height * height))
     k1, k2 = sensor["vignetting"]

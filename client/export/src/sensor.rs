@@ -37,6 +37,7 @@ fn data(scene: &Scene<'_>) -> Value {
         let camera = &view.camera;
         let about = json!({
             "width": camera.width, "height": camera.height, "cx": camera.cx, "cy": camera.cy, "factor": photo.factor(),
+            "balance": photo.balance,
             "glare_fraction": camera.glare_fraction, "glare_width": camera.glare_width,
         });
         photos.insert(view.name.clone(), about);
@@ -57,7 +58,7 @@ fn judge(scene: &Scene<'_>, ledger: &mut Ledger) {
         ledger.lost("sensor.saturation", "says which pixels a fit leaves out, and nothing of a picture");
     }
     for photo in &scene.capture.photos {
-        for key in ["exposure", "gain"] {
+        for key in ["exposure", "gain", "balance"] {
             ledger.exact(&format!("photo.{}.{key}", photo.name()), HERE);
         }
     }

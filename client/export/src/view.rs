@@ -81,7 +81,7 @@ fn view(capture: &Capture, photo: &Photo, stem: String) -> View {
         name: photo.name().to_owned(),
         stem,
         camera: capture.camera_of(photo),
-        pose: photo.camera_to_world,
+        pose: photo.pose(),
         lamps: Vec::new(),
         constant: [0.0; 3],
         map: None,
@@ -130,7 +130,9 @@ pub fn lamp(light: &Light, index: usize, frame: &Matrix) -> Option<Lamp> {
 /// Judges what the sensor function and the lamps of all formats have in common.
 pub fn judge(capture: &Capture, ledger: &mut Ledger) {
     for photo in &capture.photos {
-        ledger.exact(&format!("photo.{}.camera_to_world", photo.name()), "the camera's motion");
+        for key in ["camera_to_world", "translation", "rotation"] {
+            ledger.exact(&format!("photo.{}.{key}", photo.name()), "the camera's motion");
+        }
     }
     for light in &capture.lights {
         let name = format!("light.{}", light.name);

@@ -51,13 +51,14 @@ impl Recipe {
         let reflectance = matches!(capture.target(photo), Some(Target::Reflectance(_)));
         let camera = capture.photos.get(photo).map_or_else(|| capture.camera.clone(), |p| capture.camera_of(p));
         let factor = capture.photos.get(photo).map_or(1.0, gonio_scene::capture::Photo::factor);
+        let balance = capture.photos.get(photo).map_or([1.0; 3], |p| p.balance);
         let mut recipe =
             Self { factor, stage, channels: Default::default(), sensor: Vec::new(), columns: plan.columns.len() };
         for (column, contributions) in plan.columns.iter().enumerate() {
             let sensor = contributions.iter().find_map(|contribution| match contribution {
                 Contribution::Sensor { from, to, distance } if !reflectance => Some(SensorColumn {
-                    from: SensorStage::new(from, &camera),
-                    to: SensorStage::new(to, &camera),
+                    from: SensorStage::new(from, &camera).balanced(balance),
+                    to: SensorStage::new(to, &camera).balanced(balance),
                     distance: *distance,
                 }),
                 _ => None,
@@ -85,7 +86,9 @@ fn term(contribution: &Contribution, this: usize, light: usize, photo_factor: f6
             only.is_none_or(|only| only == light).then_some((3 * (1 + plane) + light, photo_factor * factor))
         }
         // The value is factor x radiance, so its derivative by the factor is the radiance.
-        Contribution::Factor { photo, factor } => (photo == this).then_some((light, factor)),
+        Contribution::Factor { photo, channel: only, factor } => {
+            (photo == this && only.is_none_or(|only| only == light)).then_some((light, factor))
+        }
         Contribution::Sensor { .. } => None,
     }
 }
@@ -103,7 +106,7 @@ mod tests {
         let columns = vec![
             vec![Contribution::Plane { plane: 0, channel: Some(1), factor: 2.0 }],
             vec![Contribution::Plane { plane: 1, channel: None, factor: 3.0 }],
-            vec![Contribution::Factor { photo: 5, factor: 7.0 }],
+            vec![Contribution::Factor { photo: 5, channel: None, factor: 7.0 }],
             vec![Contribution::Sensor { from: sensor.clone(), to: sensor, distance: 0.5 }],
         ];
         let plan = Plan { planes, columns };

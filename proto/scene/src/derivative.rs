@@ -49,10 +49,12 @@ pub enum Contribution {
         /// d number / d parameter.
         factor: f64,
     },
-    /// `factor` times d value / d gain (or exposure) of one photo.
+    /// `factor` times d value / d gain (or exposure, or balance) of one photo.
     Factor {
         /// Index of the photo.
         photo: usize,
+        /// The only channel whose light it moves, where it is a balance.
+        channel: Option<usize>,
         /// d (exposure * gain) / d parameter.
         factor: f64,
     },
@@ -100,7 +102,7 @@ enum Source {
     Colour { prefix: String, channel: usize },
     Scalar,
     Difference,
-    Photo { index: usize, rate: f64 },
+    Photo { index: usize, channel: Option<usize>, rate: f64 },
     Sensor,
 }
 
@@ -165,7 +167,9 @@ impl Plan {
                 channel: Some(channel),
                 factor: term.ratio,
             },
-            Source::Photo { index, rate } => Contribution::Factor { photo: index, factor: term.ratio * rate },
+            Source::Photo { index, channel, rate } => {
+                Contribution::Factor { photo: index, channel, factor: term.ratio * rate }
+            }
             Source::Scalar | Source::Difference | Source::Sensor => Contribution::Plane {
                 plane: self.plane(Plane::Scalar { number: term.number.clone() }),
                 channel: None,
@@ -206,8 +210,16 @@ fn source(capture: &Capture, number: &str) -> Result<Source> {
             Source::Colour { prefix: number[..number.len() - 2].to_owned(), channel }
         }
         (Owner::Material, ..) | (Owner::Light, "scale", None) => Source::Scalar,
-        (Owner::Photo(index), "gain", None) => Source::Photo { index, rate: capture.photos[index].exposure },
-        (Owner::Photo(index), "exposure", None) => Source::Photo { index, rate: capture.photos[index].gain },
+        (Owner::Photo(index), "gain", None) => {
+            Source::Photo { index, channel: None, rate: capture.photos[index].exposure }
+        }
+        (Owner::Photo(index), "exposure", None) => {
+            Source::Photo { index, channel: None, rate: capture.photos[index].gain }
+        }
+        (Owner::Photo(index), "balance", Some(channel)) => {
+            let photo = &capture.photos[index];
+            Source::Photo { index, channel: Some(channel), rate: photo.factor() / photo.balance[channel] }
+        }
         _ => Source::Difference,
     })
 }
@@ -259,7 +271,8 @@ impl Scale {
         let (mut sum, mut count) = (0.0, 0.0);
         for photo in &capture.photos {
             for object in &capture.objects {
-                let apart = |i: usize| photo.camera_to_world[i][3] - object.object_to_world[i][3];
+                let eye = photo.pose();
+                let apart = |i: usize| eye[i][3] - object.object_to_world[i][3];
                 sum += (apart(0).powi(2) + apart(1).powi(2) + apart(2).powi(2)).sqrt();
                 count += 1.0;
             }

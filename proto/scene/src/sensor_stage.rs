@@ -4,7 +4,7 @@
 //! from the principal point, per channel c:
 //!
 //! ```text
-//! l   = (1 + k1 r^2 + k2 r^4) e                 vignetting
+//! l   = (1 + k1 r^2 + k2 r^4) balance_c e_c     vignetting, the photo's own balance
 //! x_c = l_c + sum over k != c of crosstalk_ck l_k
 //! y   = response_c(x)
 //! y   = y^gamma where y > 0
@@ -24,6 +24,8 @@ pub struct SensorStage {
     reflectance: Option<Box<Reflectance>>,
     response: Response,
     vignetting: Option<[f64; 2]>,
+    /// The photo's own factors of red, green and blue light.
+    balance: Option<[f64; 3]>,
     /// Row c: the share of each channel's light in channel c.
     mix: Option<[[f64; 3]; 3]>,
     black_level: f64,
@@ -54,6 +56,7 @@ impl SensorStage {
             reflectance: None,
             response: sensor.response.clone(),
             vignetting: (sensor.vignetting != [0.0; 2]).then_some(sensor.vignetting),
+            balance: None,
             mix: (sensor.crosstalk != [0.0; 6]).then_some([[1.0, rg, rb], [gr, 1.0, gb], [br, bg, 1.0]]),
             black_level: sensor.black_level,
             gamma: sensor.gamma,
@@ -61,6 +64,12 @@ impl SensorStage {
             centre: [camera.cx, camera.cy],
             reach: 0.25 * (width * width + height * height),
         }
+    }
+
+    /// The same with a photo's own balance.
+    #[must_use]
+    pub fn balanced(self, balance: [f64; 3]) -> Self {
+        Self { balance: (balance != [1.0; 3]).then_some(balance), ..self }
     }
 
     /// The stage of photo `index` of a capture; of the capture's own camera where there is no such photo. Measured
@@ -72,7 +81,8 @@ impl SensorStage {
             return Self { reflectance: Some(Box::new(reflectance.clone())), ..null };
         }
         let camera = capture.photos.get(index).map_or_else(|| capture.camera.clone(), |p| capture.camera_of(p));
-        Self::new(&capture.sensor, &camera)
+        let balance = capture.photos.get(index).map_or([1.0; 3], |p| p.balance);
+        Self::new(&capture.sensor, &camera).balanced(balance)
     }
 
     /// Whether a channel's value depends on another channel's light.
@@ -91,17 +101,18 @@ impl SensorStage {
     #[must_use]
     pub fn value(&self, exposed: [f64; 3], x: usize, y: usize) -> PhotoValue {
         let share = self.vignetting.map_or(1.0, |k| self.share(k, x, y));
-        let light = exposed.map(|e| share * e);
+        let shares = self.balance.map_or([share; 3], |balance| balance.map(|b| share * b));
+        let light = [0, 1, 2].map(|c| shares[c] * exposed[c]);
         let mut photo = PhotoValue { value: [0.0; 3], slope: [[0.0; 3]; 3] };
         for c in 0..3 {
             let Some(mix) = &self.mix else {
                 let (value, slope) = self.curve(c, light[c]);
-                (photo.value[c], photo.slope[c][c]) = (value, slope * share);
+                (photo.value[c], photo.slope[c][c]) = (value, slope * shares[c]);
                 continue;
             };
             let mixed = mix[c][0] * light[0] + mix[c][1] * light[1] + mix[c][2] * light[2];
             let (value, slope) = self.curve(c, mixed);
-            (photo.value[c], photo.slope[c]) = (value, mix[c].map(|part| slope * share * part));
+            (photo.value[c], photo.slope[c]) = (value, [0, 1, 2].map(|k| slope * shares[k] * mix[c][k]));
         }
         photo
     }

@@ -57,7 +57,7 @@ impl PhotoCamera {
     /// # Errors
     /// A distortion that folds the image onto itself inside the frame, so that no ray belongs to a pixel.
     pub fn new(camera: &Camera, photo: &Photo) -> Result<Self> {
-        let pose = affine(&photo.camera_to_world);
+        let pose = affine(&photo.pose());
         let rotation = pose.matrix3;
         let (right, down) = (rotation.x_axis / camera.fx, rotation.y_axis / camera.fy);
         let corner = rotation.z_axis - right * camera.cx - down * camera.cy;

@@ -109,8 +109,8 @@ impl Scene {
         let mut views = Vec::with_capacity(self.views.len());
         let mut same_camera = Vec::with_capacity(self.views.len());
         for ((was, is), known) in from.photos.iter().zip(&to.photos).zip(&self.views) {
-            let camera = was.camera_to_world == is.camera_to_world && from.camera_of(was) == to.camera_of(is);
-            let pose = was.camera_to_world == is.camera_to_world;
+            let camera = was.pose() == is.pose() && from.camera_of(was) == to.camera_of(is);
+            let pose = was.pose() == is.pose();
             let lights = pose && shining(&from.lights, was).eq(shining(&to.lights, is));
             same_camera.push(camera);
             views.push(if camera && lights {

@@ -12,8 +12,12 @@ pub const EFFECT: Effect = Effect {
     looks_like: &["exposure"],
     separate_by: "repeat a photo from the same place",
     variants: |context| {
-        let gain = |p: &gonio_scene::capture::Photo| Direction::of(format!("photo.{}.gain", p.name()), p.gain, 0.8);
-        let gains: Vec<Direction> = context.capture.photos.iter().skip(1).map(gain).collect();
-        if gains.is_empty() { Vec::new() } else { vec![Variant { of_photos: true, ..Variant::of("", gains) }] }
+        let names: Vec<String> = context.photos().map(|p| format!("photo.{}.gain", p.name())).collect();
+        let photos = context.photos().enumerate().skip(1);
+        let gains: Vec<Direction> = photos.filter_map(|(i, p)| Direction::of_photo(&names, i, p.gain, 0.8)).collect();
+        if gains.is_empty() {
+            return Vec::new();
+        }
+        vec![Variant { of_photos: true, of_held_out: Some("gain"), ..Variant::of("", gains) }]
     },
 };

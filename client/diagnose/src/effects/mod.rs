@@ -33,6 +33,7 @@ mod vignetting;
 pub use crate::variant::{Direction, Structure, Variant};
 
 use crate::context::Context;
+use crate::suspects::SUSPECTS;
 use gonio_scene::capture::VARIATIONS;
 
 /// Every effect that a diagnosis considers, by family.
@@ -64,6 +65,11 @@ pub const CATALOGUE: [&Effect; 26] = [
     &lens_distortion::EFFECT,
     &crosstalk::EFFECT,
 ];
+
+/// Every effect of the catalogue and every suspect among the file's numbers.
+pub fn all() -> impl Iterator<Item = &'static Effect> {
+    CATALOGUE.into_iter().chain(SUSPECTS)
+}
 
 /// Where an effect belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -98,12 +104,12 @@ pub struct Effect {
 }
 
 /// The three names of a colour's channels.
-fn rgb(name: &str) -> [String; 3] {
+pub(crate) fn rgb(name: &str) -> [String; 3] {
     ["r", "g", "b"].map(|c| format!("{name}.{c}"))
 }
 
 /// The three names of a point's coordinates.
-fn xyz(name: &str) -> [String; 3] {
+pub(crate) fn xyz(name: &str) -> [String; 3] {
     ["x", "y", "z"].map(|c| format!("{name}.{c}"))
 }
 
@@ -125,9 +131,9 @@ mod tests {
 
     #[test]
     fn names_are_unique_and_known_to_each_other() {
-        let names: BTreeSet<_> = CATALOGUE.iter().map(|e| e.name).collect();
-        assert_eq!(names.len(), CATALOGUE.len());
-        for effect in CATALOGUE {
+        let names: BTreeSet<_> = all().map(|e| e.name).collect();
+        assert_eq!(names.len(), all().count());
+        for effect in all() {
             let known = |n: &&str| names.contains(n) || ["ior", "roughness", "light colour", "exposure"].contains(n);
             assert!(effect.looks_like.iter().all(known), "{}", effect.name);
         }

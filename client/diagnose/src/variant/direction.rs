@@ -21,6 +21,9 @@ pub struct Direction {
     pub most: f64,
     /// The only channel that the direction is seen in.
     pub channel: Option<usize>,
+    /// The photo (its index) whose pixels alone are asked, and its number, which is the one that moves where the effect is present.
+    /// The score's column moves all photos' alike, `name` and those along with it: one column serves every photo.
+    pub of_photo: Option<(usize, String)>,
 }
 
 impl Direction {
@@ -37,6 +40,7 @@ impl Direction {
             one_sided: false,
             most,
             channel: None,
+            of_photo: None,
         }
     }
 
@@ -44,6 +48,20 @@ impl Direction {
     #[must_use]
     pub fn growing(name: String, most: f64) -> Self {
         Self { one_sided: true, ..Self::of(name, 0.0, most) }
+    }
+
+    /// A number that every photo has, in one photo alone: `names` are all photos', in their order.
+    #[must_use]
+    pub fn of_photo(names: &[String], photo: usize, null: f64, most: f64) -> Option<Self> {
+        let (first, others) = names.split_first()?;
+        let along = others.iter().map(|name| (name.clone(), 1.0)).collect();
+        Some(Self { along, of_photo: Some((photo, names.get(photo)?.clone())), ..Self::of(first.clone(), null, most) })
+    }
+
+    /// The number that moves where the effect is present.
+    #[must_use]
+    pub fn moves(&self) -> &str {
+        self.of_photo.as_ref().map_or(&self.name, |(_, name)| name)
     }
 
     /// By a finite difference with this step.

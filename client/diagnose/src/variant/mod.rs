@@ -36,13 +36,17 @@ pub struct Variant {
     pub above: Vec<(String, f64)>,
     /// Whether each number belongs to one photo, so that other photos say nothing about it.
     pub of_photos: bool,
+    /// The photo (its index) that all of its numbers belong to, if one alone is suspected.
+    pub suspect: Option<usize>,
+    /// The key of every photo that a photo which is held out needs as well, since no other predicts it.
+    pub of_held_out: Option<&'static str>,
 }
 
 impl Variant {
     /// A variant of these directions that frees what it moves.
     #[must_use]
     pub fn of(label: impl Into<String>, directions: Vec<Direction>) -> Self {
-        let free = directions.iter().map(|d| d.name.clone()).collect();
+        let free = directions.iter().map(|d| d.moves().to_owned()).collect();
         Self {
             label: label.into(),
             structure: Vec::new(),
@@ -54,6 +58,8 @@ impl Variant {
             search: Vec::new(),
             above: Vec::new(),
             of_photos: false,
+            suspect: None,
+            of_held_out: None,
         }
     }
 

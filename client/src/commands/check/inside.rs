@@ -25,8 +25,8 @@ pub(super) fn warn(placed: &Placed<'_>, capture: &Capture, warnings: &mut Vec<St
             placed.holds(*position)
         } else {
             let stands = |photo: &Photo| {
-                let turned: Vector =
-                    std::array::from_fn(|i| (0..3).map(|j| photo.camera_to_world[i][j] * position[j]).sum());
+                let pose = photo.pose();
+                let turned: Vector = std::array::from_fn(|i| (0..3).map(|j| pose[i][j] * position[j]).sum());
                 add(turned, eye(photo))
             };
             // A lamp at the camera is inside where the camera is, which has been said.

@@ -72,7 +72,7 @@ impl<'a> Placed<'a> {
     /// whole.
     pub fn is_in_view(&self, capture: &Capture, photo: &Photo) -> bool {
         let camera = capture.camera_of(photo);
-        let (rotation, eye) = (&photo.camera_to_world, eye(photo));
+        let (rotation, eye) = (&photo.pose(), eye(photo));
         let inside = |point: Vector| {
             let d = sub(point, eye);
             let [x, y, z] = std::array::from_fn(|j| (0..3).map(|i| rotation[i][j] * d[i]).sum::<f64>());
@@ -134,7 +134,7 @@ impl<'a> Placed<'a> {
 
 /// Where the photo was taken from.
 pub(super) fn eye(photo: &Photo) -> Vector {
-    photo.camera_to_world.map(|row| row[3]).first_chunk().copied().unwrap_or_default()
+    photo.pose().map(|row| row[3]).first_chunk().copied().unwrap_or_default()
 }
 
 /// Whether the camera's axis meets the triangle (Moller and Trumbore 1997).

@@ -1,5 +1,6 @@
 //! `gonio diagnose`: what the simulation of a capture gets wrong.
 
+mod decide;
 mod workshop;
 
 use super::{check, command, farm};
@@ -18,6 +19,7 @@ use gonio_scene::capture::CAPTURE_FILE;
 use workshop::FarmWorkshop;
 
 const RESULT: &str = "diagnosis.json";
+const EVIDENCE: &str = "evidence.json";
 const REPORT: &str = "report.html";
 
 /// Diagnoses and writes.
@@ -26,17 +28,23 @@ const REPORT: &str = "report.html";
 /// A broken capture or photograph, options that make no diagnosis, a farm that fails, a folder that cannot be written to,
 /// Ctrl-C.
 pub fn run(arguments: &DiagnoseArguments) -> Result<(), Failure> {
+    let policy = decide::policy(arguments)?;
+    if let Some(file) = &arguments.evidence {
+        return decide::again(file, &policy);
+    }
     let note = "stopping; again to kill";
     let interrupt = Interrupt::listen(if arguments.farm.json { "" } else { note })?;
-    let input = Input::open(&arguments.capture)?;
+    let (Some(capture), Some(out)) = (&arguments.capture, &arguments.out) else {
+        return Err(Failure::Input("name a capture and --out, or --evidence".to_owned()));
+    };
+    let input = Input::open(capture)?;
     check::warn_before(&input.capture, &input.files);
-    let written = [CAPTURE_FILE, RESULT, REPORT].map(str::to_owned);
-    let folder = Folder::create(&arguments.out, &written, &input.root, &input.capture)?;
+    let written = [CAPTURE_FILE, RESULT, EVIDENCE, REPORT].map(str::to_owned);
+    let folder = Folder::create(out, &written, &input.root, &input.capture)?;
     let options = Options {
         seed: arguments.seed,
         samples: arguments.samples,
-        smallest_gain: arguments.smallest_gain,
-        smallest_file_gain: arguments.smallest_file_gain,
+        policy,
         without: arguments.without.clone(),
         ..Options::default()
     };
@@ -96,6 +104,7 @@ fn write(diagnosed: &Diagnosed, input: &Input, folder: &Folder) -> Result<Vec<Pa
     }
     folder.write(CAPTURE_FILE, here.to_toml()?.as_bytes())?;
     folder.write(RESULT, to_pretty_json(&diagnosed.diagnosis)?.as_bytes())?;
+    folder.write(EVIDENCE, to_json(&diagnosed.evidence)?.as_bytes())?;
     let panels = |capture: &Capture, seen: &[Seen]| -> Vec<Panel> {
         seen.iter().filter_map(|s| Panel::new(capture, &s.photograph, &s.film, &s.statistics)).collect()
     };
@@ -147,5 +156,5 @@ fn conclude(diagnosis: &Diagnosis, folder: &Folder) {
     if let Some(left) = &diagnosis.unexplained {
         tell(&format!("left: {} predicts {:.1} % of the residuals' variance", left.covariate, 100.0 * left.strength));
     }
-    tell(&format!("wrote {RESULT}, {CAPTURE_FILE}, {REPORT} to {}", folder.dir().display()));
+    tell(&format!("wrote {RESULT}, {EVIDENCE}, {CAPTURE_FILE}, {REPORT} to {}", folder.dir().display()));
 }

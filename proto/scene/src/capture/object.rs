@@ -68,7 +68,7 @@ impl Object {
 }
 
 /// The rotation matrix of a rotation vector (Rodrigues' formula).
-fn turn([x, y, z]: [f64; 3]) -> [[f64; 3]; 3] {
+pub(super) fn turn([x, y, z]: [f64; 3]) -> [[f64; 3]; 3] {
     let angle2 = x * x + y * y + z * z;
     let angle = angle2.sqrt();
     // The factors of the cross product and of its square, by their series where the quotients would lose digits.

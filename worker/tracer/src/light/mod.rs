@@ -109,7 +109,7 @@ impl PhotoLight {
         maps: &BTreeMap<String, Arc<EnvironmentMap>>,
         plane: PlaneIndex,
     ) -> Option<Self> {
-        let pose = affine(&photo.camera_to_world);
+        let pose = affine(&photo.pose());
         let (rotation, origin) = match light.frame {
             Frame::World => (DMat3::IDENTITY, DVec3::ZERO),
             Frame::Camera => (pose.matrix3, pose.translation),

@@ -167,7 +167,7 @@ impl<'a> Dataset<'a> {
         let mut depths: BTreeMap<&str, (Pose, Vec<f32>)> = BTreeMap::new();
         for object in capture.objects.iter().filter(|object| object.presence > 0.0) {
             let Some(mesh) = self.meshes.get(&object.mesh) else { continue };
-            let metres = Placed::new(&object.placement(), &photo.camera_to_world).depth(mesh, &intrinsics, size);
+            let metres = Placed::new(&object.placement(), &photo.pose()).depth(mesh, &intrinsics, size);
             for (near, &z) in nearest.iter_mut().zip(&metres) {
                 if z > 0.0 && (*near == 0.0 || z < *near) {
                     *near = z;

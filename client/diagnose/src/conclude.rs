@@ -34,6 +34,7 @@ pub(crate) fn conclude(
         candidates: candidates(&gatherer.evidence, decision, options),
         base: base.fit.clone(),
         last: shown.fit.clone(),
+        noise: decision.noise,
         unexplained: decision.unexplained.clone(),
         dispersion: base.dispersion(),
         seconds: 0.0,

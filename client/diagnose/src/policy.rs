@@ -66,6 +66,11 @@ pub struct Policy {
     pub rival_least: f64,
     /// Effects that a model is extended by, at most: a bound on time, far above what any capture has shown.
     pub most_effects: usize,
+    /// Photographs are noisier than stated where the standard deviation of what no neighbour shares is more than so many times the sensor's ...
+    /// A choice: less changes no decision.
+    pub noisier: f64,
+    /// ... by so many standard errors. Derived: a chance of 1 in 1000.
+    pub noise_errors: f64,
     /// Chi-square per observation of a base model that is no noise, whatever it depends on. Calibrated on the nulls: at most 1.05.
     pub misfit: f64,
     /// Part of the residuals' variance that a covariate must predict to count as structure. Calibrated on the nulls.
@@ -103,6 +108,8 @@ impl Default for Policy {
             rival_fall: 0.9,
             rival_least: 0.4,
             most_effects: 8,
+            noisier: 1.05,
+            noise_errors: 3.0,
             misfit: 1.2,
             structure: 0.02,
             mostly: 0.5,

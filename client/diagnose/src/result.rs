@@ -1,7 +1,7 @@
 //! What a diagnosis returns, and writes as `diagnosis.json`.
 
 use crate::decide::Verdict;
-use crate::evidence::Structure;
+use crate::evidence::{ChannelNoise, Structure};
 use gonio_fit::FitResult;
 use serde::Serialize;
 
@@ -21,6 +21,8 @@ pub struct Diagnosis {
     /// The fit after; that before where nothing was found.
     #[serde(rename = "final")]
     pub last: FitResult,
+    /// Red, green and blue noise of the photographs, where it is larger than the sensor is said to have: what chi-square is held against, then.
+    pub noise: Option<[ChannelNoise; 3]>,
     /// What is left, where it matters: the covariate that predicts most of it.
     pub unexplained: Option<Structure>,
     /// Chi-square per observation that noise alone gives, above 1 for the render's noise that a pixel's channels share.

@@ -6,7 +6,7 @@
 //!
 //! `--seeds N` also diagnoses N captures without any effect. `--sweep STEPS` hides every effect up to STEPS times more, at
 //! strengths about the one that is found half of the time. Each outcome is a line of `DIR/outcomes.jsonl`; those that are
-//! there are not made again. A capture is made from its seed and is a file nowhere, unless `--keep` is given. `--limit`: no
+//! there are not made again; what a diagnosis learnt is `DIR/evidence/EFFECT-STRENGTH-SEED.json`. A capture is made from its seed and is a file nowhere, unless `--keep` is given. `--limit`: no
 //! capture is begun later than this, but what is known is written.
 
 #![allow(missing_docs, clippy::unwrap_used)]
@@ -50,7 +50,8 @@ fn main() {
             other => panic!("{other} is no option"),
         }
     }
-    std::fs::create_dir_all(&out).unwrap();
+    let evidence = out.join("evidence");
+    std::fs::create_dir_all(&evidence).unwrap();
     let lines = out.join("outcomes.jsonl");
     let mut outcomes: Vec<Value> = std::fs::read_to_string(&lines)
         .unwrap_or_default()
@@ -69,7 +70,7 @@ fn main() {
         if outcomes.iter().any(|o| case.is_of(o)) || begin.elapsed().as_secs_f64() > limit {
             return;
         }
-        let outcome = case.run(&farm, keep.then_some(&*out));
+        let outcome = case.run(&farm, &evidence, keep.then_some(&*out));
         println!("{outcome}");
         let mut file = std::fs::OpenOptions::new().create(true).append(true).open(&lines).unwrap();
         // In one piece: a line that a run which is ended leaves behind is whole.

@@ -29,8 +29,8 @@ impl Case {
         outcome["effect"] == self.effect && outcome["strength"] == self.label && outcome["seed"] == self.seed
     }
 
-    /// Makes the capture and diagnoses it; writes the capture's folder below `keep`.
-    pub fn run(&self, farm: &Farm, keep: Option<&Path>) -> Value {
+    /// Makes the capture and diagnoses it; writes what was learnt to `evidence`, and the capture's folder below `keep`.
+    pub fn run(&self, farm: &Farm, evidence: &Path, keep: Option<&Path>) -> Value {
         let (Case { effect, label, at, seed }, begin) = (*self, Instant::now());
         let effects: Vec<_> = (effect != "none").then_some((effect, at)).into_iter().collect();
         let hidden = hide(&effects, seed, SAMPLES);
@@ -43,6 +43,8 @@ impl Case {
         let said = match diagnosed(farm, &hidden.files, &Options::default()) {
             Ok(done) => {
                 let d = &done.diagnosis;
+                let stored = evidence.join(format!("{effect}-{label}-{seed}.json"));
+                std::fs::write(stored, serde_json::to_string(&done.evidence).unwrap()).unwrap();
                 let held_out = d.found.first().and_then(|f| f.held_out);
                 let planted = d.candidates.iter().find(|c| c.effect == effect);
                 json!({

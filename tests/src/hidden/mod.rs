@@ -6,6 +6,7 @@ mod bench;
 mod diffusion;
 pub mod film;
 mod mesh;
+pub mod misstate;
 mod optics;
 mod pixels;
 mod places;
@@ -92,6 +93,31 @@ fn meshes(world: &World) -> MemoryFiles {
 }
 
 impl Hidden {
+    /// The same photographs with a file that is wrong.
+    ///
+    /// # Panics
+    /// A change that the format refuses.
+    #[must_use]
+    pub fn misstated(mut self, wrong: &misstate::Misstatement) -> Self {
+        let mut said = Capture::read(&self.files).unwrap();
+        (wrong.apply)(&mut said);
+        self.files.0.insert(CAPTURE_FILE.to_owned(), Arc::from(said.to_toml().unwrap().as_bytes()));
+        self
+    }
+
+    /// The same, whose sensor is said to be less noisy than it is.
+    ///
+    /// # Panics
+    /// A change that the format refuses.
+    #[must_use]
+    pub fn noisier(mut self, factor: f64) -> Self {
+        let mut said = Capture::read(&self.files).unwrap();
+        said.sensor.read_noise /= factor;
+        said.sensor.shot_noise /= factor * factor;
+        self.files.0.insert(CAPTURE_FILE.to_owned(), Arc::from(said.to_toml().unwrap().as_bytes()));
+        self
+    }
+
     /// Writes the capture's folder.
     pub fn save(&self, folder: &Path) {
         for (path, bytes) in &self.files.0 {

@@ -11,7 +11,7 @@
 //! before, is known badly from five photos, and one photo of heavy tail makes it as large as the gain. With `n` units no chance is below 2^-n; where
 //! that is more than the policy asks for, all units must gain.
 
-use super::BASE;
+use super::{BASE, noise_level};
 use crate::evidence::{Evidence, FittedModel, Folds, ScorePass, UnitKind};
 use crate::policy::Policy;
 
@@ -175,8 +175,9 @@ pub fn error_gain(before: f64, after: f64) -> f64 {
 /// Least decrease of all photos' deviance that matters to them.
 fn least_of_photos(evidence: &Evidence, policy: &Policy) -> f64 {
     let [observations, floor, loss] = sums(evidence, UnitKind::Photo);
-    let above = if floor > 0.0 { loss / floor - 1.0 } else { 0.0 };
-    (policy.smallest_gain * above).max(policy.floor) * observations
+    let noise = noise_level(evidence, policy);
+    let above = if floor > 0.0 { loss / floor - noise } else { 0.0 };
+    (policy.smallest_gain * above).max(policy.floor * noise) * observations
 }
 
 /// Least decrease of deviance per observation of all units that could matter to either kind.

@@ -3,18 +3,21 @@
 //! Nothing here renders, fits, or remembers. [`next`] follows the course of a diagnosis from its beginning each time it is asked; where it
 //! comes upon something that is not known yet, that is the next thing to find out:
 //!
-//! 1. Fit the base model, look at what it leaves.
+//! 1. Fit the base model, look at what it leaves; photographs that are noisier than stated are known by that ([`excess_noise`]).
 //! 2. Score every effect at its null; fit the few that promise most ([`shortlist`]).
-//! 3. Accept the best of those that matter ([`accept`]), with its rivals ([`rival`]); go on from there until nothing matters.
+//! 3. Accept the best of those that matter ([`accept`]), with its rivals ([`rival`]), fit it for good, and go on from there until nothing
+//!    matters.
 //! 4. Take out what is not missed any more, by the rule that brought it in ([`select`]).
-//! 5. Fit what is left for good, judge it on held-out photos, and say so ([`verdict`]).
+//! 5. Judge what is left on held-out photos, and say so ([`verdict`]).
 
 pub mod accept;
+mod noise;
 mod rival;
 mod select;
 mod shortlist;
 mod verdict;
 
+pub use noise::{excess_noise, noise_level};
 pub use select::{Addition, Course};
 pub use shortlist::best_of_each;
 pub use verdict::{Decision, Verdict};
@@ -90,7 +93,7 @@ fn decision(evidence: &Evidence, policy: &Policy) -> Result<Decision, Action> {
     let before = evidence.remains(BASE).ok_or(Action::Look { model: BASE })?;
     let course = select::select(evidence, policy)?;
     let last = match course.model {
-        BASE => BASE,
+        model if model == BASE || evidence.is_settled(model) => model,
         model => evidence.settled(model).ok_or(Action::Settle { model })?,
     };
     let after = evidence.remains(last).ok_or(Action::Look { model: last })?;

@@ -3,7 +3,7 @@
 use super::accept::{Comparison, Deviances, error_gain, least};
 use super::rival::rivals;
 use super::shortlist::{best_of_each, left_beside, promise, shortlist};
-use super::{Action, BASE};
+use super::{Action, BASE, noise_level};
 use crate::evidence::{Evidence, Folds, Outcome, ScorePass, ScoredCandidate};
 use crate::policy::Policy;
 use serde::Serialize;
@@ -57,7 +57,8 @@ pub(super) fn select(evidence: &Evidence, policy: &Policy) -> Result<Course, Act
             let pass = evidence.pass(model).ok_or_else(|| Action::Score { model, effects: effects.clone() })?;
             let Some((best, then)) = extend(evidence, policy, pass, &mut course)? else { break };
             effects = remaining(evidence, policy, pass, best, then, &dropped);
-            course.model = then;
+            // What an unfinished fit leaves would be taken for another effect.
+            course.model = evidence.settled(then).ok_or(Action::Settle { model: then })?;
         }
         let before = course.additions.len();
         let gone = back(evidence, policy, &mut course)?;
@@ -84,7 +85,7 @@ fn remaining(
     let taken = |name: &String| model.parts.iter().any(|p| p.effect == *name) || dropped.contains(name);
     let mut left = if evidence.files_alone() {
         evidence.effects.clone()
-    } else if model.reduced_chi_square - policy.quiet < least(evidence, policy) {
+    } else if model.reduced_chi_square - policy.quiet * noise_level(evidence, policy) < least(evidence, policy) {
         Vec::new()
     } else {
         left_beside(evidence, policy, pass, best, then)
@@ -204,8 +205,9 @@ fn contenders<'a>(
             continue;
         }
         let candidate = scored.promise.candidate;
-        let excess = |model: usize| (evidence.models[model].reduced_chi_square - 1.0).max(0.0);
-        let left = policy.enough * (pass.reduced_chi_square - 1.0).max(0.0);
+        let noise = noise_level(evidence, policy);
+        let excess = |model: usize| (evidence.models[model].reduced_chi_square - noise).max(0.0);
+        let left = policy.enough * (pass.reduced_chi_square - noise).max(0.0);
         if scored.searched && fitted.iter().any(|f| excess(f.model) < left) {
             let why = "its place was not searched, as another effect that has none explains what there is";
             course.refused.insert(scored.effect.clone(), why.to_owned());

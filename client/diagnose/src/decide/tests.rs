@@ -50,12 +50,13 @@ struct World {
     /// Whether fits to parts of the photos can be made: they spread what an extension gains evenly.
     folds: bool,
     kind: UnitKind,
+    noise: Option<[ChannelNoise; 3]>,
 }
 
 impl World {
     fn new(base: f64, effects: &[(&'static str, Truth)]) -> Self {
         let effects = effects.iter().cloned().collect();
-        Self { base, effects, structure: 0.0, held_out: None, folds: false, kind: UnitKind::Photo }
+        Self { base, effects, structure: 0.0, held_out: None, folds: false, kind: UnitKind::Photo, noise: None }
     }
 
     fn evidence(&self) -> Evidence {
@@ -109,7 +110,12 @@ impl World {
                 let structure =
                     Structure { covariate: "image x".to_owned(), strength: self.structure, curve: Vec::new() };
                 let cut_chi_square = evidence.models[*model].reduced_chi_square;
-                evidence.remains.push(Remains { model: *model, cut_chi_square, structures: vec![structure] });
+                evidence.remains.push(Remains {
+                    model: *model,
+                    cut_chi_square,
+                    structures: vec![structure],
+                    noise: self.noise,
+                });
             }
             Action::Score { model, effects } => {
                 let here = self.model(&parts(evidence, *model));
@@ -409,4 +415,17 @@ fn of_effects_that_gain_alike_the_one_of_fewest_numbers_is_first_and_what_holds_
     assert_eq!(World::new(1.5, &[("flicker", flicker.clone()), ("exposure", exposure)]).names(), [["exposure"]]);
     let other = Truth { frees: frees(&["sensor.gamma"]), ..Truth::even(490.0) };
     assert_eq!(World::new(1.5, &[("flicker", flicker), ("gamma", other)]).names(), [["gamma", "flicker"]]);
+}
+
+#[test]
+fn noise_is_no_misfit() {
+    let mut world = World::new(4.0, &[("gamma", Truth::even(0.0))]);
+    assert_eq!(world.run().0.verdict, Verdict::Unexplained);
+    world.noise = Some([ChannelNoise { variance: 4.0, error: 0.02 }; 3]);
+    let (decision, _) = world.run();
+    assert_eq!((decision.verdict, decision.noise), (Verdict::None, world.noise));
+    assert_eq!(world.noise.unwrap()[0].factor().0, 2.0);
+    // Not known well enough, or as stated.
+    world.noise = Some([ChannelNoise { variance: 1.3, error: 0.2 }; 3]);
+    assert_eq!(world.run().0.noise, None);
 }

@@ -1,8 +1,8 @@
 //! What a diagnosis says in the end.
 
 use super::accept::error_gain;
-use super::{BASE, Course};
-use crate::evidence::{Evidence, Judged, Remains, Structure, UnitKind};
+use super::{BASE, Course, excess_noise, noise_level};
+use crate::evidence::{ChannelNoise, Evidence, Judged, Remains, Structure, UnitKind};
 use crate::policy::Policy;
 use serde::Serialize;
 
@@ -29,6 +29,8 @@ pub struct Decision {
     pub course: Course,
     /// Why what was added is not named, if so.
     pub refused: Option<String>,
+    /// Red, green and blue noise of the photographs, where it is larger than the sensor is said to have.
+    pub noise: Option<[ChannelNoise; 3]>,
     /// What is left, where it matters: the covariate that predicts most of it.
     pub unexplained: Option<Structure>,
 }
@@ -60,7 +62,7 @@ pub(super) fn verdict(
     // What was refused leaves the base model, and what is left of that.
     let left = if refused.is_some() { before } else { after };
     let mut unexplained = strong(left, policy).cloned();
-    if !named && unexplained.is_none() && misfit(evidence, before) > policy.misfit {
+    if !named && unexplained.is_none() && misfit(evidence, before) > policy.misfit * noise_level(evidence, policy) {
         // No covariate that we know carries it, but noise it is not.
         unexplained = before.structures.first().cloned();
     }
@@ -69,7 +71,8 @@ pub(super) fn verdict(
         (false, Some(_)) => Verdict::Unexplained,
         (false, None) => Verdict::None,
     };
-    Decision { verdict, model: last, course, refused, unexplained }
+    let noise = excess_noise(evidence, policy);
+    Decision { verdict, model: last, course, refused, noise, unexplained }
 }
 
 /// Why what was added is not to be named; none where it is.
@@ -93,10 +96,11 @@ fn why_not(
     if evidence.units.iter().any(|u| u.kind == UnitKind::File) {
         return None;
     }
+    let noise = noise_level(evidence, policy);
     let fitted = [BASE, last].map(|model| evidence.models[model].reduced_chi_square);
-    let [first, then] = judged.and_then(Judged::chi_squares).unwrap_or(fitted).map(|chi| (chi - 1.0).max(0.0));
+    let [first, then] = judged.and_then(Judged::chi_squares).unwrap_or(fitted).map(|chi| (chi - noise).max(0.0));
     let structured = strong(after, policy).is_some() && then > policy.mostly * first;
-    let nothing = misfit(evidence, before) > policy.misfit && then > policy.nearly_all * first;
+    let nothing = misfit(evidence, before) > policy.misfit * noise && then > policy.nearly_all * first;
     (structured || nothing).then(|| "leaves most of the misfit unexplained".to_owned())
 }
 

@@ -5,11 +5,13 @@
 
 pub(crate) mod gather;
 mod model;
+mod noise;
 mod pass;
 mod remains;
 mod unit;
 
 pub use model::{Attempt, FittedModel, Folds, Number, Outcome, PartName, Removal};
+pub use noise::ChannelNoise;
 pub use pass::{Promise, ScorePass, ScoredCandidate};
 pub use remains::{HeldOutUnit, Judged, Remains, Structure};
 pub use unit::{Unit, UnitKind};
@@ -72,6 +74,12 @@ impl Evidence {
     #[must_use]
     pub fn settled(&self, model: usize) -> Option<usize> {
         self.settled.iter().find(|(from, _)| *from == model).map(|(_, to)| *to)
+    }
+
+    /// Whether a model was fitted for good.
+    #[must_use]
+    pub fn is_settled(&self, model: usize) -> bool {
+        self.settled.iter().any(|(_, to)| *to == model)
     }
 
     /// What is left of the residuals under a model.

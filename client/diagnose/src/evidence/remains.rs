@@ -1,5 +1,6 @@
 //! What a model leaves of the residuals, and how models do on units that were held out.
 
+use super::ChannelNoise;
 use serde::{Deserialize, Serialize};
 
 /// What is left of the residuals under a model.
@@ -12,6 +13,8 @@ pub struct Remains {
     pub cut_chi_square: f64,
     /// What each covariate explains, strongest first.
     pub structures: Vec<Structure>,
+    /// Red, green and blue noise of the photographs; none where too few pixels count, or no photo is.
+    pub noise: Option<[ChannelNoise; 3]>,
 }
 
 /// The base and a last model on the units that nothing before has read.

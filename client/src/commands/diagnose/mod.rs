@@ -153,6 +153,13 @@ fn conclude(diagnosis: &Diagnosis, folder: &Folder) {
             held.log_density_gain
         ));
     }
+    if let Some(noise) = &diagnosis.noise {
+        let each = noise.map(|c| format!("{:.2} ± {:.2}", c.factor().0, c.factor().1));
+        tell(&format!(
+            "noise: the photographs are {} times as noisy as [sensor] says (red, green, blue)",
+            each.join(", ")
+        ));
+    }
     if let Some(left) = &diagnosis.unexplained {
         tell(&format!("left: {} predicts {:.1} % of the residuals' variance", left.covariate, 100.0 * left.strength));
     }

@@ -14,22 +14,20 @@ pub fn left_out(photos: &[PhotoStatistics], parameters: usize, of_photo: &dyn Fn
     let each: Vec<Quadratic> = photos.iter().map(|p| Quadratic::new(p, &columns)).collect();
     let Some(total) = Quadratic::sum(&each) else { return Vec::new() };
     let step = |out: usize| -> DVector<f64> {
-        let mut rest = Quadratic {
+        let rest = Quadratic {
             gradient: &total.gradient - &each[out].gradient,
             matrix: &total.matrix - &each[out].matrix,
             noise: &total.noise - &each[out].noise,
         };
-        for i in (0..parameters).filter(|i| of_photo(*i, out)) {
-            // Only this photo knows it: its own row comes back, with the others where the rest puts them.
-            rest.gradient[i] += each[out].gradient[i];
-            for j in 0..parameters {
-                rest.matrix[(i, j)] += each[out].matrix[(i, j)];
-                if i != j {
-                    rest.matrix[(j, i)] += each[out].matrix[(j, i)];
-                }
-            }
-        }
-        rest.reminded_of(&total).solve()
+        let (own, shared): (Vec<usize>, Vec<usize>) = (0..parameters).partition(|i| of_photo(*i, out));
+        let mut step = DVector::zeros(parameters);
+        let common = rest.reminded_of(&total).select(&shared).solve();
+        shared.iter().zip(&common).for_each(|(i, x)| step[*i] = *x);
+        // Only this photo knows its own numbers: they are fitted to it, with the others where the rest puts them.
+        let coupled = &each[out].gradient + &each[out].matrix * &step;
+        let fitted = Quadratic { gradient: coupled, ..each[out].clone() }.select(&own).solve();
+        own.iter().zip(&fitted).for_each(|(i, x)| step[*i] = *x);
+        step
     };
     photos.iter().enumerate().map(|(out, p)| p.loss() + each[out].change(&step(out))).collect()
 }

@@ -7,6 +7,7 @@ mod folds;
 pub mod judge;
 pub(crate) mod measured;
 pub mod model;
+mod noise;
 mod pass;
 pub mod probe;
 mod quadratic;
@@ -23,7 +24,7 @@ use super::{
     Removal, Unit, UnitKind,
 };
 use crate::decide::accept::{Comparison, Deviances};
-use crate::decide::{Action, BASE};
+use crate::decide::{Action, BASE, noise_level};
 use crate::effects::Effect;
 use crate::workshop::{Observer, Workshop, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
@@ -112,8 +113,8 @@ impl<'a> Gatherer<'a> {
 
     fn look(&mut self, model: usize, observer: &mut Observer<'_>) -> Result<(), DiagnoseError> {
         let look = structure::structure(&self.models[model], &self.options, self.workshop, observer)?;
-        let (cut_chi_square, structures) = (look.cut_chi_square, look.structures.clone());
-        self.evidence.remains.push(Remains { model, cut_chi_square, structures });
+        let (cut_chi_square, structures, noise) = (look.cut_chi_square, look.structures.clone(), look.noise);
+        self.evidence.remains.push(Remains { model, cut_chi_square, structures, noise });
         self.looks.push((model, look));
         Ok(())
     }
@@ -122,7 +123,8 @@ impl<'a> Gatherer<'a> {
         tell(observer, &DiagnoseEvent::Stage { text: format!("scoring {} effects", names.len()) })?;
         let effects: Vec<&'static Effect> =
             self.effects.iter().filter(|e| names.iter().any(|n| n == e.name)).copied().collect();
-        let pass = Pass::of(&self.models[model], &effects, &self.options, self.workshop, observer)?;
+        let noise = noise_level(&self.evidence, &self.options.policy);
+        let pass = Pass::of(&self.models[model], &effects, noise, &self.options, self.workshop, observer)?;
         tell(observer, &pass.event())?;
         self.evidence.passes.push(pass.record(model));
         self.passes.push(pass);

@@ -26,13 +26,14 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// Scores effects at a model.
+    /// Scores effects at a model, whose photographs' noise alone leaves a chi-square per observation of `noise`.
     ///
     /// # Errors
     /// A patch that the format refuses, an evaluation that fails, a cancellation.
     pub fn of(
         model: &Model,
         effects: &[&'static Effect],
+        noise: f64,
         options: &Options,
         workshop: &dyn Workshop,
         observer: &mut Observer<'_>,
@@ -58,7 +59,7 @@ impl Pass {
         };
         let photos = evaluate(farm.as_mut(), &request, observer)?.photos;
         // What is left of files is the noise that a score has to beat, whatever they say of theirs.
-        let dispersion = if exact { model.reduced_chi_square().max(1.0) } else { 1.0 };
+        let dispersion = if exact { model.reduced_chi_square().max(1.0) } else { noise };
         let scores = scores(&probe, &photos, dispersion, None);
         let before = model.with_statistics(photos.clone());
         Ok(Self { probe, photos, scores, before })

@@ -36,7 +36,10 @@ pub fn refit(
 ) -> Result<Option<Model>, DiagnoseError> {
     let variant = &candidate.variant;
     let mut files = model.files.clone();
-    let mut capture = extended(&model.capture, variant, &score.change, &mut files)?;
+    // A quadratic that some direction is lost to noise in leads astray: the fit begins at the null, then.
+    let determined = score.freedom >= variant.directions.len() || !variant.search.is_empty();
+    let change = if determined { score.change.clone() } else { vec![0.0; score.change.len()] };
+    let mut capture = extended(&model.capture, variant, &change, &mut files)?;
     let mut parts = model.parts.clone();
     parts.push(Part { effect: candidate.effect, variant: variant.as_fine_as(0) });
     for name in variant.finer.iter().flatten() {

@@ -1,10 +1,11 @@
 //! Structure that is left in the residuals: how much of their variance each covariate predicts in pixels that it was not
 //! estimated from.
 
-use crate::evidence::Structure;
 use crate::evidence::gather::covariates::{COVARIATES, Pixel, pixels};
 use crate::evidence::gather::measured;
 use crate::evidence::gather::model::Model;
+use crate::evidence::gather::noise::Differences;
+use crate::evidence::{ChannelNoise, Structure};
 use crate::overlay::Overlay;
 use crate::workshop::{Observer, Workshop, evaluate, tell};
 use crate::{DiagnoseError, DiagnoseEvent, Options};
@@ -42,6 +43,8 @@ pub struct Look {
     /// Mean square of the residuals in standard deviations of the sensor, each cut as for the structure: what fireflies
     /// cannot raise, but the render's noise does.
     pub cut_chi_square: f64,
+    /// Red, green and blue noise of the photographs; none where too few pixels count.
+    pub noise: Option<[ChannelNoise; 3]>,
 }
 
 /// Renders the fitted photos at a model and says what is left.
@@ -66,16 +69,27 @@ pub fn structure(
         ..EvaluationRequest::default()
     };
     let films = evaluate(farm.as_mut(), &request, observer)?;
+    // A second render, of other random numbers, tells the render's noise from the photographs'.
+    let other = EvaluationRequest {
+        seed: Stream::Fit.seed(options.seed.wrapping_add(4)),
+        ..EvaluationRequest { output: Output::StatisticsAndFilms, ..request.clone() }
+    };
+    let others = evaluate(farm.as_mut(), &other, observer)?;
+    let mut differences = Differences::default();
     let hits = evaluate(farm.as_mut(), &EvaluationRequest { output: Output::FirstHit, ..request }, observer)?;
     let files = Overlay { files: workshop.files(), added: &model.files };
     let mut seen = Vec::new();
     let mut all: Vec<Pixel> = Vec::new();
-    for ((film, hit), statistics) in films.films.into_iter().zip(&hits.films).zip(films.photos) {
+    let pairs = films.films.into_iter().zip(&others.films);
+    for (((film, other), hit), statistics) in pairs.zip(&hits.films).zip(films.photos) {
         let Some(target) = capture.target(film.photo) else { continue };
         let photograph = Photograph::of(capture, target, &files)?;
         let mut pairs = Vec::new();
         match target {
-            Target::Photo(_) => all.extend(pixels(capture, &film, hit, &photograph)),
+            Target::Photo(_) => {
+                all.extend(pixels(capture, &film, hit, &photograph));
+                differences.add(capture, [&film, other], &photograph);
+            }
             Target::Reflectance(file) => {
                 pairs = Directions::read(&files, &file.file)?.pairs;
                 all.extend(measured::pixels(capture, &film, &pairs, &photograph));
@@ -87,7 +101,7 @@ pub fn structure(
     let explained = |(i, name): (usize, &&str)| explained(&all, i, name, cut);
     let mut found: Vec<Structure> = COVARIATES.iter().enumerate().map(explained).collect();
     found.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-    Ok(Look { structures: found, seen, cut_chi_square: mean_square(&all, cut) })
+    Ok(Look { structures: found, seen, cut_chi_square: mean_square(&all, cut), noise: differences.noise() })
 }
 
 /// Mean squared residual, each residual cut at `cut`.

@@ -6,6 +6,7 @@
 pub mod browser;
 #[cfg(unix)]
 pub mod cluster;
+pub mod evidence;
 pub mod hidden;
 pub mod noise;
 pub mod operations;

@@ -71,6 +71,8 @@ fn findings(gatherer: &Gatherer<'_>, decision: &Decision, model: &Model) -> Vec<
         });
         Finding {
             effects: names_of(addition, model),
+            subject: part.variant.label.clone(),
+            gain: addition.gain,
             parameters: parameters.collect(),
             score: addition.score,
             p_value: addition.p_value,

@@ -36,6 +36,10 @@ pub struct Diagnosis {
 pub struct Finding {
     /// The effect and those that cannot be told from it with these data, best first.
     pub effects: Vec<String>,
+    /// What of the capture it is about: a material, a light, a photo; how it was tried. Empty where there is but one way.
+    pub subject: String,
+    /// Decrease of deviance per observation, on photos that it was not fitted to, that it was added for.
+    pub gain: f64,
     /// The numbers that it added.
     pub parameters: Vec<FoundParameter>,
     /// Score statistic when it was added: promised decrease of chi-square over its dispersion.

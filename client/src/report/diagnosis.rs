@@ -5,7 +5,8 @@ use super::html::{escape, significant, with_error};
 use super::panel::Panel;
 use super::picture::legend;
 use super::reflectance::{self, ReflectancePanel};
-use gonio_diagnose::effects::CATALOGUE;
+use super::share;
+use gonio_diagnose::effects;
 use gonio_diagnose::{Diagnosis, Finding, Structure, Verdict};
 
 /// What a diagnosis' report is about.
@@ -38,6 +39,7 @@ impl DiagnosisReport<'_> {
         let body = [
             self.verdict(),
             self.found(),
+            share::section(self.diagnosis),
             self.held_out(),
             covariates::section(self.structure_before, self.structure_after),
             self.photos(),
@@ -95,7 +97,15 @@ impl DiagnosisReport<'_> {
                 if self.of_files() { "samples" } else { "pixels" }
             )
         });
-        format!("<p class=\"summary\"><strong>{sentence}</strong></p>\n{left}")
+        let noise = d.noise.map_or_else(String::new, |channels| {
+            let each = channels.map(|c| with_error(c.factor().0, Some(c.factor().1)));
+            format!(
+                "<p>The photographs are noisier than the sensor is said to be: {} times in red, green and blue, by what no neighbour shares. \
+                 Chi-square is held against that.</p>\n",
+                each.join(", ")
+            )
+        });
+        format!("<p class=\"summary\"><strong>{sentence}</strong></p>\n{noise}{left}")
     }
 
     /// What is compared with.
@@ -130,7 +140,7 @@ impl DiagnosisReport<'_> {
                     "<h3>{}</h3>\n<p>{}</p>\n<p>To be sure, {}.</p>\n<div class=\"wide\"><table>\n<thead><tr><th scope=\"col\">Number</th>\
                      <th scope=\"col\">Value</th><th scope=\"col\">Standard error</th><th scope=\"col\">Without the effect</th></tr></thead>\n\
                      <tbody>\n{rows}</tbody>\n</table></div>\n",
-                    escape(&names(f)),
+                    escape(&if f.subject.is_empty() { names(f) } else { format!("{}: {}", names(f), f.subject) }),
                     escape(&looks(f)),
                     escape(&f.separate_by)
                 )
@@ -287,6 +297,6 @@ fn names(finding: &Finding) -> String {
 }
 
 fn looks(finding: &Finding) -> String {
-    let of = |name: &String| CATALOGUE.iter().find(|e| e.name == *name).map(|e| format!("{}: {}", e.name, e.looks));
+    let of = |name: &String| effects::all().find(|e| e.name == *name).map(|e| format!("{}: {}", e.name, e.looks));
     finding.effects.iter().filter_map(of).collect::<Vec<_>>().join("; ") + "."
 }

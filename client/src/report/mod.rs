@@ -12,6 +12,7 @@ mod panel;
 mod picture;
 mod prediction;
 mod reflectance;
+mod share;
 mod summary;
 mod tables;
 

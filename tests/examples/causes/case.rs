@@ -3,6 +3,7 @@
 use gonio::farm::Farm;
 use gonio_diagnose::{Diagnosis, Options};
 use gonio_scene::Capture;
+use gonio_tests::evidence::Stored;
 use gonio_tests::hidden::misstate::{MISSTATEMENTS, Misstatement};
 use gonio_tests::hidden::random::Random;
 use gonio_tests::hidden::{Hidden, diagnosed, hide, named};
@@ -93,7 +94,8 @@ impl Case {
             let i = index(FREE.len() + MIXED.len());
             let name = FREE.get(i).copied().unwrap_or_else(|| MIXED[i - FREE.len()]);
             let mixed = |n: &&str| MIXED.contains(n);
-            if !names.contains(&name) && !(mixed(&name) && names.iter().any(|n| mixed(n))) {
+            let taken = names.contains(&name) || mixed(&name) && names.iter().any(mixed);
+            if !taken {
                 names.push(name);
             }
         }
@@ -127,7 +129,8 @@ impl Case {
             Err(error) => return json!({ "seed": self.seed, "expected": expected, "failed": error.to_string() }),
         };
         let name = format!("{}-{}.json", self.kind.name(), self.seed);
-        std::fs::write(evidence.join(name), serde_json::to_string(&done.evidence).unwrap()).unwrap();
+        let stored = Stored { expected: expected.iter().map(|e| (*e).to_owned()).collect(), evidence: done.evidence };
+        stored.write(&evidence.join(name));
         let d = &done.diagnosis;
         let sets = named(d);
         let all = expected.iter().all(|e| sets.iter().any(|set| set.iter().any(|n| n == e)));

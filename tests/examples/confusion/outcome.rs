@@ -2,6 +2,7 @@
 
 use gonio::farm::Farm;
 use gonio_diagnose::Options;
+use gonio_tests::evidence::Stored;
 use gonio_tests::hidden::{STRENGTHS, diagnosed, hide, named as named_by};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -43,8 +44,9 @@ impl Case {
         let said = match diagnosed(farm, &hidden.files, &Options::default()) {
             Ok(done) => {
                 let d = &done.diagnosis;
-                let stored = evidence.join(format!("{effect}-{label}-{seed}.json"));
-                std::fs::write(stored, serde_json::to_string(&done.evidence).unwrap()).unwrap();
+                let expected = effects.iter().map(|(name, _)| (*name).to_owned()).collect();
+                let stored = Stored { expected, evidence: done.evidence };
+                stored.write(&evidence.join(format!("matrix-{effect}-{label}-{seed}.json")));
                 let held_out = d.found.first().and_then(|f| f.held_out);
                 let planted = d.candidates.iter().find(|c| c.effect == effect);
                 json!({

@@ -135,7 +135,8 @@ fn conclude(diagnosis: &Diagnosis, folder: &Folder) {
         Verdict::Unexplained => tell("unexplained: something is left that no effect of the catalogue explains"),
         Verdict::Named => {
             for found in &diagnosis.found {
-                tell(&format!("found: {}", found.effects.join(" or ")));
+                let subject = if found.subject.is_empty() { String::new() } else { format!(" ({})", found.subject) };
+                tell(&format!("found: {}{subject}", found.effects.join(" or ")));
                 for p in &found.parameters {
                     let error = p.standard_error.map_or_else(|| "undetermined".to_owned(), |e| format!("± {e:.2e}"));
                     tell(&format!("  {}  {:.6}  {error}", p.name, p.value));

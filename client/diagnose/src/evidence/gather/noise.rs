@@ -51,9 +51,10 @@ impl Differences {
                         let [before, here, after] = three.map(|i| residual(film, i));
                         [0, 1, 2].map(|c| here[c] - 0.5 * (before[c] + after[c]))
                     });
-                    for c in 0..3 {
-                        self.mean[along][c].push(0.5 * (d[0][c] + d[1][c]));
-                        self.half[along][c].push(0.5 * (d[0][c] - d[1][c]));
+                    let [a, b] = d;
+                    for (c, (a, b)) in a.iter().zip(b).enumerate() {
+                        self.mean[along][c].push(0.5 * (a + b));
+                        self.half[along][c].push(0.5 * (a - b));
                     }
                 }
             }

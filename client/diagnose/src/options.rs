@@ -2,9 +2,7 @@
 
 use crate::DiagnoseError;
 use crate::Policy;
-use crate::decide::accept::least;
 use crate::effects::{Effect, all};
-use crate::evidence::Evidence;
 
 /// Samples of all fitted photos' pixels in one evaluation, more or less at most.
 const MOST_SAMPLES: u64 = 16_000_000;
@@ -76,11 +74,6 @@ impl Options {
     pub(crate) fn shared_among(&self, pixels: u64) -> Self {
         let samples = (MOST_SAMPLES / pixels.max(1) / 2 * 2).max(u64::from(FEWEST_SAMPLES));
         Self { samples: u32::try_from(samples).map_or(self.samples, |s| s.min(self.samples)), ..self.clone() }
-    }
-
-    /// The gain per observation that a search of a place is after.
-    pub(crate) fn least(&self, evidence: &Evidence) -> f64 {
-        least(evidence, &self.policy)
     }
 
     /// Samples per pixel of score passes and of the fits that are compared with each other.

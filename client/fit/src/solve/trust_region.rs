@@ -50,6 +50,8 @@ pub(super) struct TrustRegion<'c> {
     here: Option<Here>,
     /// Samples and step left at the last point that a step was taken from.
     before: Option<(u32, f64)>,
+    /// Whether the last step was refused, and promised less than the loss is uncertain by.
+    untold: bool,
     verdict: Option<bool>,
 }
 
@@ -92,7 +94,17 @@ impl Here {
 
 impl<'c> TrustRegion<'c> {
     pub fn new(goal: Goal, schedule: Schedule, tolerance: f64, samples: &'c Cell<u32>) -> Self {
-        Self { goal, schedule, tolerance, samples, radius: FIRST_RADIUS, here: None, before: None, verdict: None }
+        Self {
+            goal,
+            schedule,
+            tolerance,
+            samples,
+            radius: FIRST_RADIUS,
+            here: None,
+            before: None,
+            untold: false,
+            verdict: None,
+        }
     }
 
     /// Whether the run has ended because the step left is small enough.
@@ -113,6 +125,8 @@ impl<'c> TrustRegion<'c> {
             Goal::Descend if here.is_near() => self.verdict = Some(true),
             Goal::Polish if more => {}
             Goal::Polish if here.is_near() && left * shrinks <= self.tolerance => self.verdict = Some(true),
+            // The loss cannot tell the step that is left from none, at the most samples there are.
+            Goal::Polish if here.is_near() && self.untold => self.verdict = Some(true),
             _ if self.radius < SMALLEST_RADIUS => self.verdict = Some(false),
             _ => {}
         }
@@ -147,6 +161,7 @@ impl<'c> TrustRegion<'c> {
         let noise = 2.0 * (here.normal.total.loss_variance() + there.normal.total.loss_variance()).max(0.0).sqrt();
         let calmer = there.spectrum.decrement() < here.spectrum.decrement();
         let accepted = decrease > 0.01 * promised.abs() || (decrease > -noise && calmer);
+        self.untold = !accepted && promised.abs() <= noise;
         let size = step.iter().zip(&here.reach).map(|(s, r)| s.abs() / r).fold(0.0, f64::max);
         if !accepted {
             self.radius = 0.3 * self.radius.min(size);

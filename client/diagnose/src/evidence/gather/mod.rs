@@ -138,10 +138,9 @@ impl<'a> Gatherer<'a> {
         let candidate = &pass.probe.candidates[index];
         let (effect, variant) = (candidate.effect.name, &candidate.variant);
         tell(observer, &DiagnoseEvent::Stage { text: format!("fitting {effect} {}", variant.label) })?;
-        let least = self.options.least(&self.evidence);
         let (policy, options) = (&self.options.policy, self.options.refit());
         let start = &self.models[model];
-        let done = refit::refit(start, (candidate, score), least, policy, &options, self.workshop, observer);
+        let done = refit::refit(start, (candidate, score), policy, &options, self.workshop, observer);
         let outcome = match done {
             Err(DiagnoseError::Cancelled) => return Err(DiagnoseError::Cancelled),
             Err(error) => Outcome::Failed(error.to_string()),

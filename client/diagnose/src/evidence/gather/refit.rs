@@ -17,18 +17,13 @@ use gonio_scene::Capture;
 const ROUNDS: u32 = 3;
 /// A round that leaves more than this part of chi-square was the last.
 const WORTHWHILE: f64 = 0.9;
-/// A search makes moves that gain more than this part of what matters.
-const PART: f64 = 0.01;
 
-/// Fits `model` extended by a candidate; none where no place that was searched explains more than the model does. `least` is
-/// the gain per observation that matters.
-///
+/// Fits `model` extended by a candidate; none where no place that was searched explains more than the model does. ///
 /// # Errors
 /// A patch that the format refuses, a fit that fails, a cancellation.
 pub fn refit(
     model: &Model,
     (candidate, score): (&Candidate, &Score),
-    least: f64,
     policy: &Policy,
     options: &Options,
     workshop: &dyn Workshop,
@@ -58,7 +53,7 @@ pub fn refit(
     let before = loss(model);
     let mut found: Option<Model> = None;
     for round in 0..ROUNDS {
-        let aim = Aim { round, worthwhile: PART * least, seed: options.seed };
+        let aim = Aim { round, seed: options.seed };
         search(&mut capture, variant, aim, &files, workshop, observer)?;
         let fitted = Model::fit(&capture, files.clone(), parts.clone(), options, workshop, observer)?;
         capture = fitted.capture.clone();

@@ -17,8 +17,8 @@ use std::ops::RangeInclusive;
 
 /// Samples per pixel of an evaluation.
 const SAMPLES: u32 = 16;
-/// The same of its finite differences, which only say where to look next.
-const DIFFERENCES: u32 = 4;
+/// The same of its finite differences. With 4, the products of the two halves were so noisy that the moves led nowhere.
+const DIFFERENCES: u32 = 16;
 /// Rows or columns, about, of the coarser photos that are searched; the finer have twice as many.
 const COARSE: u32 = 30;
 /// Halvings of the first step that the coarser photos are searched with.
@@ -32,16 +32,16 @@ const REACH: f64 = 2.0;
 /// Dampings of a move that are tried, as parts of the curvature (Marquardt 1963): from Gauss-Newton's own to a short one along
 /// the slope.
 const DAMPINGS: [f64; 4] = [0.0, 0.1, 1.0, 10.0];
-/// A move that gains less deviance per observation leads nowhere, whatever is aimed at.
-const LEAST: f64 = 1e-3;
+/// A move that gains less deviance per observation leads nowhere, ...
+const LEAST: f64 = 1e-4;
+/// ... nor does one that gains less than this part of what there was to begin with: the render's noise at 16 samples is about that.
+const WORTHWHILE: f64 = 5e-4;
 
 /// What a search is to do.
 #[derive(Debug, Clone, Copy)]
 pub struct Aim {
     /// The first step is the variant's over 2^`round`.
     pub round: u32,
-    /// A move that gains less deviance per observation leads nowhere.
-    pub worthwhile: f64,
     /// Seed of the renders.
     pub seed: u64,
 }
@@ -67,11 +67,14 @@ pub fn search(
     let sides = capture.photos.iter().map(|p| capture.camera_of(p)).map(|c| c.width.min(c.height));
     let smallest = sides.min().unwrap_or(COARSE);
     for (rows, halvings) in [(COARSE, COARSE_HALVINGS), (2 * COARSE, FINE_HALVINGS)] {
-        let (small, files) = reduced(capture, files, (smallest / rows).max(1), workshop.files())?;
+        let (mut small, files) = reduced(capture, files, (smallest / rows).max(1), workshop.files())?;
+        // Far from its place, what the sensor's noise weighs most is dark, and says little of where something stands: all pixels count alike.
+        (small.sensor.read_noise, small.sensor.shot_noise) = (small.sensor.variance(1.0).sqrt(), 0.0);
         let mut farm = workshop.open(&small, &files)?;
         let mut search = Search::new(&small, variant, aim, farm.as_mut())?;
         search.lost = rows == COARSE;
         let mut best = search.look(search.start(), None, observer)?;
+        search.worthwhile = (WORTHWHILE * best.deviance).max(LEAST);
         for halving in halvings.filter(|h| *h >= aim.round) {
             let text = format!("searching its place in steps of 1/{}, deviance {:.3}", 1_u32 << halving, best.deviance);
             tell(observer, &DiagnoseEvent::Stage { text })?;
@@ -107,6 +110,8 @@ struct Search<'a> {
     aim: Aim,
     /// Whether neighbours are tried where nothing leads on: until Gauss-Newton does.
     lost: bool,
+    /// A move that gains less deviance per observation leads nowhere.
+    worthwhile: f64,
 }
 
 impl<'a> Search<'a> {
@@ -129,7 +134,7 @@ impl<'a> Search<'a> {
         let mut known = capture.numbers();
         known.retain(|name, _| searched.contains(name.as_str()));
         let photos = (0..capture.targets().count()).collect();
-        Ok(Self { farm, colours, known, moves: &variant.search, photos, aim, lost: false })
+        Ok(Self { farm, colours, known, moves: &variant.search, photos, aim, lost: false, worthwhile: LEAST })
     }
 
     fn start(&self) -> Vec<(String, f64)> {
@@ -249,7 +254,7 @@ impl<'a> Search<'a> {
             let longest = moves.iter().fold(0.0_f64, |m, x| m.max(x.abs())).max(f64::MIN_POSITIVE);
             let by: Vec<f64> = moves.iter().map(|x| x * (REACH * scale / longest).min(1.0)).collect();
             let there = self.look(self.moved(&from.place, &by), None, observer)?;
-            if from.deviance - there.deviance > self.worthwhile() {
+            if from.deviance - there.deviance > self.worthwhile {
                 return Ok(Some(there));
             }
         }
@@ -269,15 +274,11 @@ impl<'a> Search<'a> {
                 let mut moves = vec![0.0; self.moves.len()];
                 moves[i] = by;
                 let there = self.look(self.moved(&from.place, &moves), None, observer)?;
-                if there.deviance < best.as_ref().map_or(from.deviance - self.worthwhile(), |b| b.deviance) {
+                if there.deviance < best.as_ref().map_or(from.deviance - self.worthwhile, |b| b.deviance) {
                     best = Some(there);
                 }
             }
         }
         Ok(best)
-    }
-
-    fn worthwhile(&self) -> f64 {
-        self.aim.worthwhile.max(LEAST)
     }
 }

@@ -15,6 +15,7 @@ pub fn relocate(capture: &mut Capture, from: &Path, to: &Path) -> Result<(), Fai
     let to = canonical(to)?;
     let mut paths: Vec<&mut String> = Vec::new();
     paths.extend(capture.objects.iter_mut().map(|object| &mut object.mesh));
+    paths.extend(capture.materials.iter_mut().flat_map(|material| material.maps.files_mut()));
     for light in &mut capture.lights {
         if let LightKind::Map { map, .. } = &mut light.kind {
             paths.push(map);

@@ -71,8 +71,7 @@ impl Draft {
         }
         if !parts.is_empty() {
             let model = Model::Plastic { base_color: [0.5; 3], roughness: 0.4, ior: 1.5, energy_compensation: true };
-            draft.capture.materials =
-                vec![Material { name: MATERIAL.to_owned(), model, effects: gonio_scene::capture::Effects::default() }];
+            draft.capture.materials = vec![Material { name: MATERIAL.to_owned(), model, ..Material::default() }];
             draft.guess("[[material]]", MATERIAL, "", "a gray plastic for every object; fit it, or write what it is");
         }
         for part in parts {

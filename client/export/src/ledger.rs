@@ -1,7 +1,7 @@
 //! What became of every number.
 
 use gonio_scene::Capture;
-use gonio_scene::capture::{Light, Model, Response};
+use gonio_scene::capture::{Light, MapRole, MapSource, Model, Response};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -77,7 +77,20 @@ impl Ledger {
             Response::Curve(_) => "curve",
         };
         values.insert("sensor.response".to_owned(), response.into());
+        for object in &capture.objects {
+            for (part, material) in &object.materials {
+                values.insert(format!("object.{}.materials.{part}", object.name), material.as_str().into());
+            }
+        }
         for material in &capture.materials {
+            for role in MapRole::ALL {
+                let word = match material.maps.get(role) {
+                    None => continue,
+                    Some(MapSource::Mesh) => "mesh",
+                    Some(MapSource::File(path)) => path,
+                };
+                values.insert(format!("material.{}.{}", material.name, role.key()), word.into());
+            }
             if let Model::Plastic { energy_compensation, .. } = material.model {
                 values.insert(format!("material.{}.energy_compensation", material.name), energy_compensation.into());
             }

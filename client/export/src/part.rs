@@ -56,6 +56,7 @@ pub fn judge(capture: &Capture, ledger: &mut Ledger) {
         } else {
             ledger.exact(&name, "the object's motion");
         }
+        ledger.lost(&format!("{name}.materials"), "the whole part has one material");
         let name = format!("{name}.presence");
         if object.presence == 0.0 {
             ledger.exact(&name, "left out");

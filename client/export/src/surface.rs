@@ -4,7 +4,7 @@ use crate::Result;
 use crate::ledger::Ledger;
 use crate::name::Names;
 use gonio_scene::SceneError;
-use gonio_scene::capture::{CAPTURE_FILE, Capture, Effects, Material, Model};
+use gonio_scene::capture::{CAPTURE_FILE, Capture, Effects, MapRole, Material, Model};
 use gonio_tracer::AIR;
 use gonio_tracer::bsdf::{Exchange, ParameterError};
 
@@ -123,6 +123,9 @@ fn boundary(model: &Model, roughness: f64) -> std::result::Result<Boundary, Para
 impl Surface {
     /// Judges the effects: those that are not there are kept, of the others `says` tells.
     pub fn judge_effects(&self, ledger: &mut Ledger, mut says: impl FnMut(&mut Ledger, Effect, &str)) {
+        for role in MapRole::ALL {
+            ledger.lost(&self.key(role.key()), NO_MAP);
+        }
         for effect in Effect::ALL {
             for key in effect.keys() {
                 let name = format!("material.{}.{key}", self.material.name);
@@ -184,6 +187,9 @@ pub fn dielectric_mean(n: f64) -> f64 {
         - 2.0 * n * n2 * (n2 + 2.0 * n - 1.0) / (sum * (n4 - 1.0))
         + 8.0 * n4 * (n4 + 1.0) / (sum * (n4 - 1.0) * (n4 - 1.0)) * libm::log(n)
 }
+
+/// Why a map is lost.
+pub const NO_MAP: &str = "the export has the number without its map: the same all over the part";
 
 /// Why a variation over the surface does not travel.
 pub const NO_TEXTURE: &str = "it varies over the object's box, and the meshes have no texture coordinates for a map";

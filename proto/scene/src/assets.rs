@@ -1,11 +1,12 @@
 //! The contents of the files that a capture names: meshes and maps for rendering, photographs for comparing.
 
-use crate::capture::{CAPTURE_FILE, Capture, LightKind, Photo, Reflectance, Target};
+use crate::capture::{CAPTURE_FILE, Capture, LightKind, MapRole, Object, Photo, Reflectance, Target};
 use crate::files::Files;
 use crate::image::{self, Image};
-use crate::mesh::{self, Mesh};
+use crate::mesh::{self, Look, Mesh};
 use crate::reflectance::{self, Directions};
 use crate::surroundings::Surroundings;
+use crate::textures::{self, Part, TextureKey, parts, wants_look};
 use crate::{Result, SceneError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,6 +16,10 @@ use std::sync::Arc;
 pub struct Assets {
     /// Meshes by the path that the capture gives.
     pub meshes: BTreeMap<String, Arc<Mesh>>,
+    /// How meshes look by their files, where a material asks for it, by the same path.
+    pub looks: BTreeMap<String, Arc<Look>>,
+    /// The textures of materials, linear.
+    pub textures: BTreeMap<TextureKey, Arc<Image>>,
     /// Environment maps by the path that the capture gives.
     pub maps: BTreeMap<String, Arc<Image>>,
     /// The direction pairs of measured reflectance by the path that the capture gives; its values are no asset.
@@ -22,17 +27,15 @@ pub struct Assets {
 }
 
 impl Assets {
-    /// Reads every mesh and environment map of `capture`, and the direction pairs of its measured reflectance.
+    /// Reads every mesh, texture and environment map of `capture`, and the direction pairs of its measured reflectance.
     ///
     /// # Errors
     /// A missing or broken file; an environment map with negative values.
     pub fn load(capture: &Capture, files: &dyn Files) -> Result<Self> {
         let mut assets = Self::default();
+        assets.load_meshes(capture, files)?;
         for object in &capture.objects {
-            if !assets.meshes.contains_key(&object.mesh) {
-                let mesh = Arc::new(mesh::read(files, &object.mesh)?);
-                assets.meshes.insert(object.mesh.clone(), mesh);
-            }
+            assets.load_textures(&assets.parts(capture, object)?, files)?;
         }
         for light in &capture.lights {
             if let LightKind::Map { map, .. } = &light.kind
@@ -58,10 +61,71 @@ impl Assets {
         Ok(assets)
     }
 
+    fn load_meshes(&mut self, capture: &Capture, files: &dyn Files) -> Result<()> {
+        // With a look first: its vertices may be split.
+        let (looking, plain): (Vec<_>, Vec<_>) = capture.objects.iter().partition(|o| wants_look(capture, o));
+        for object in looking {
+            if !self.looks.contains_key(&object.mesh) {
+                let (mesh, look) = mesh::read_with_look(files, &object.mesh)?;
+                self.meshes.insert(object.mesh.clone(), Arc::new(mesh));
+                self.looks.insert(object.mesh.clone(), Arc::new(look));
+            }
+        }
+        for object in plain {
+            if !self.meshes.contains_key(&object.mesh) {
+                self.meshes.insert(object.mesh.clone(), Arc::new(mesh::read(files, &object.mesh)?));
+            }
+        }
+        Ok(())
+    }
+
+    fn load_textures(&mut self, parts: &[Part], files: &dyn Files) -> Result<()> {
+        for part in parts {
+            for (role, varied) in MapRole::ALL.into_iter().zip(&part.maps) {
+                if let Some(texture) = varied.as_ref().and_then(|varied| varied.texture.as_ref())
+                    && !self.textures.contains_key(&texture.key)
+                {
+                    let image = Arc::new(textures::read(files, texture, role)?);
+                    self.textures.insert(texture.key.clone(), image);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The parts of an object of `capture`, whose meshes are loaded.
+    ///
+    /// # Errors
+    /// As [`parts`].
+    pub fn parts(&self, capture: &Capture, object: &Object) -> Result<Vec<Part>> {
+        let look = self.meshes.get(&object.mesh).zip(self.looks.get(&object.mesh));
+        let looked = look.filter(|_| wants_look(capture, object)).map(|(mesh, look)| (&**mesh, &**look));
+        parts(capture, object, looked)
+    }
+
+    /// The files that [`Assets::load`] opens because a mesh's file names them: material libraries and textures.
+    ///
+    /// # Errors
+    /// A mesh that cannot be read, and what [`parts`] refuses.
+    pub fn named_by_meshes(capture: &Capture, files: &dyn Files) -> Result<Vec<String>> {
+        let mut assets = Self::default();
+        let mut looking = capture.clone();
+        looking.objects.retain(|object| wants_look(capture, object));
+        assets.load_meshes(&looking, files)?;
+        let mut named: Vec<String> = assets.looks.values().flat_map(|look| look.libraries.clone()).collect();
+        for object in &looking.objects {
+            let parts = assets.parts(capture, object)?;
+            let textures = parts.iter().flat_map(|part| part.maps.iter().flatten()).filter_map(|v| v.texture.as_ref());
+            named.extend(textures.filter(|t| t.embedded.is_none()).map(|texture| texture.key.place.clone()));
+        }
+        Ok(named)
+    }
+
     /// The paths that [`Assets::load`] opens, and the photos' and masks' where `photos` is set; sorted, each once.
     #[must_use]
     pub fn paths(capture: &Capture, photos: bool) -> Vec<String> {
         let mut paths: Vec<String> = capture.objects.iter().map(|o| o.mesh.clone()).collect();
+        paths.extend(capture.materials.iter().flat_map(|m| m.maps.files().cloned()));
         for light in &capture.lights {
             if let LightKind::Map { map, .. } = &light.kind {
                 paths.push(map.clone());

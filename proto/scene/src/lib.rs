@@ -20,6 +20,7 @@ pub mod sensor_stage;
 pub mod statistics;
 pub mod stream;
 pub mod surroundings;
+pub mod textures;
 
 pub use assets::{Assets, Photograph, Values};
 pub use capture::Capture;

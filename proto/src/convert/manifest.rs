@@ -106,6 +106,9 @@ pub fn pack(files: &dyn Files) -> gonio_scene::Result<Packed> {
             add(&dependency)?;
         }
     }
+    for path in Assets::named_by_meshes(&capture, files)? {
+        add(&path)?;
+    }
     let mut absent = BTreeMap::new();
     for (index, target) in capture.targets().enumerate() {
         if let Err(error) = target.files().try_for_each(|path| add(path)) {

@@ -51,6 +51,7 @@ impl Prepared {
             shaders: &self.scene.shaders,
             proposals: &self.scene.shaders,
             shader_of: &self.scene.shader_of,
+            spread: view.camera.spread,
             lights: &view.lights,
         };
         let mut batch = Batch {

@@ -7,6 +7,10 @@ use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
 use gonio_scene::capture::{CAPTURE_FILE, Camera, Photo};
 use gonio_scene::{Result, SceneError};
 
+/// The width of a camera ray in pixels. Sixteen of them fill a pixel side by side, and a render has that many samples or
+/// more (a fit's fewest): textures lose no sharpness that a pixel's mean would keep.
+const RAY: f64 = 0.25;
+
 /// The camera of one photo, ready to shoot rays.
 #[derive(Debug, Clone)]
 pub struct PhotoCamera {
@@ -18,6 +22,8 @@ pub struct PhotoCamera {
     pub origin: Vec3,
     /// World direction of the camera's z axis.
     pub forward: Vec3,
+    /// The angle that a camera ray stands for, radians: what is finer is averaged.
+    pub spread: f32,
     distorted: bool,
     lens: Option<Lens>,
     /// Light that reaches a pixel from around it.
@@ -67,6 +73,7 @@ impl PhotoCamera {
             projective: DMat3::from_cols(right, down, corner).as_mat3(),
             origin: pose.translation.as_vec3(),
             forward: rotation.z_axis.as_vec3(),
+            spread: (RAY / (camera.fx * camera.fy).sqrt()) as f32,
             distorted: camera.distortion.iter().any(|d| *d != 0.0),
             lens: (camera.aperture_radius > 0.0).then(|| Lens {
                 x: (rotation.x_axis * camera.aperture_radius).as_vec3(),

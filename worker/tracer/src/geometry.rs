@@ -3,10 +3,12 @@
 use crate::affine::affine;
 use crate::bvh::{Bundle, Bvh, Hit, Hits, Ray};
 use crate::extent::Extent;
+use crate::paint::{Factors, Paint, Painter, PartMaps};
+use crate::scene::Loaded;
 use crate::vectors::{BLOCK, Lanes, Vectors, equal};
 use glam::{DVec3, Vec3};
 use gonio_scene::capture::{CAPTURE_FILE, Object};
-use gonio_scene::{Assets, Capture, Result, SceneError};
+use gonio_scene::{Capture, Result, SceneError};
 
 /// World-space triangles under a BVH.
 pub struct Geometry {
@@ -14,8 +16,19 @@ pub struct Geometry {
     triangles: Vec<Triangle>,
     /// By object.
     extents: Vec<Extent>,
+    /// All objects' parts, each of one material.
+    parts: Vec<Part>,
+    /// By object: what varies over it.
+    paints: Vec<Option<Paint>>,
     /// [`gonio_scene::capture::Tracing::ray_offset`].
     ray_offset: f32,
+}
+
+/// What the triangles of one of an object's materials share.
+struct Part {
+    /// Index of the object in the capture.
+    object: usize,
+    maps: PartMaps,
 }
 
 /// What shading needs of a triangle, together, because a hit reads all of it.
@@ -25,8 +38,8 @@ struct Triangle {
     normals: [Vec3; 3],
     /// Unit face normal, on the side that the winding shows counter-clockwise.
     face: Vec3,
-    /// Index of the object in the capture.
-    object: u32,
+    /// Index among the parts of all objects.
+    part: u32,
     /// Bounds of [`Surface::margin`]: what rounding asks for, what the object's size allows.
     margins: [f32; 2],
 }
@@ -40,10 +53,15 @@ pub struct Surface {
     pub face: Vec3,
     /// Unit interpolated normal, for shading.
     pub normal: Vec3,
-    /// Index of the object in the capture.
-    pub object: usize,
+    /// Index among the parts of all objects, each of one material.
+    pub part: usize,
     /// Distance off the face at which a ray starts, so that it misses it.
     pub margin: f32,
+    /// The triangle that was hit, and the weights of its second and third corner.
+    pub triangle: u32,
+    pub barycentric: [f32; 2],
+    /// How wide the ray is that came here, metres: what is finer is averaged. 0 for all but camera rays.
+    pub footprint: f32,
 }
 
 /// Where an object is, row-major; `None` where it is not there at all.
@@ -62,11 +80,25 @@ impl Geometry {
     ///
     /// # Errors
     /// A transform that takes vertices out of single precision's range; a mesh that was not loaded.
-    pub fn new(capture: &Capture, places: &[Place], assets: &Assets) -> Result<Self> {
+    pub fn new(capture: &Capture, places: &[Place], loaded: &Loaded) -> Result<Self> {
+        let assets = &loaded.assets;
         let mut triangles = Vec::new();
+        let mut parts = Vec::new();
+        let mut paints = Vec::with_capacity(capture.objects.len());
         let mut extents = vec![Extent::default(); capture.objects.len()];
         for (index, (object, place)) in capture.objects.iter().zip(places).enumerate() {
-            let Some(place) = place else { continue };
+            let first_part = parts.len() as u32;
+            let mut maps = Vec::new();
+            for part in assets.parts(capture, object)? {
+                maps.push(PartMaps::new(&part, object, &loaded.textures)?);
+            }
+            let mut painter = Painter::new(capture, object, assets, &maps, triangles.len());
+            parts.extend(maps.into_iter().map(|maps| Part { object: index, maps }));
+            let Some(place) = place else {
+                paints.push(None);
+                continue;
+            };
+            let look = assets.looks.get(&object.mesh).filter(|_| parts.len() as u32 > first_part + 1);
             let refuse = |problem: String, mend: &str| {
                 SceneError::new(CAPTURE_FILE, problem, mend).at(format!("object.{}", object.name))
             };
@@ -92,7 +124,7 @@ impl Geometry {
             let most = MOST_OFFSET * low.distance(high);
             let turn = |n: &[f32; 3]| (cofactor * DVec3::from(n.map(f64::from))).normalize().as_vec3();
             let turned: Option<Vec<Vec3>> = mesh.normals.as_ref().map(|n| n.iter().map(turn).collect());
-            for t in &mesh.triangles {
+            for (number, t) in mesh.triangles.iter().enumerate() {
                 let corner = |k: usize| t[k] as usize;
                 let v = [world[corner(0)], world[corner(1)], world[corner(2)]];
                 let cross = (v[1] - v[0]).as_dvec3().cross((v[2] - v[0]).as_dvec3());
@@ -101,12 +133,15 @@ impl Geometry {
                 let normals = turned.as_ref().map_or([face; 3], |n| [n[corner(0)], n[corner(1)], n[corner(2)]]);
                 let extent = v[0].abs().max(v[1].abs()).max(v[2].abs()).max_element();
                 let margins = [extent * MARGIN, most.max(extent * MARGIN)];
-                triangles.push(Triangle { vertices: v, normals, face, object: index as u32, margins });
+                let part = first_part + look.map_or(0, |look| look.group_of(number)) as u32;
+                triangles.push(Triangle { vertices: v, normals, face, part, margins });
+                painter.add(mesh, number, &v);
             }
+            paints.push(painter.finish());
         }
         let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.vertices).collect();
         let ray_offset = capture.tracing.ray_offset as f32;
-        Ok(Self { bvh: Bvh::build(&corners), triangles, extents, ray_offset })
+        Ok(Self { bvh: Bvh::build(&corners), triangles, extents, parts, paints, ray_offset })
     }
 
     /// The nearest triangle along a ray.
@@ -143,14 +178,28 @@ impl Geometry {
     #[inline]
     #[must_use]
     pub fn object_of(&self, triangle: u32) -> usize {
-        self.triangles[triangle as usize].object as usize
+        self.parts[self.part_of(triangle)].object
     }
 
-    /// Where an object's bounding box lies.
+    /// The part of a triangle that was hit, among the parts of all objects.
     #[inline]
     #[must_use]
-    pub fn extent(&self, object: usize) -> &Extent {
-        &self.extents[object]
+    pub fn part_of(&self, triangle: u32) -> usize {
+        self.triangles[triangle as usize].part as usize
+    }
+
+    /// Where the bounding box of the object lies that a surface belongs to.
+    #[inline]
+    #[must_use]
+    pub fn extent_at(&self, surface: &Surface) -> &Extent {
+        &self.extents[self.parts[surface.part].object]
+    }
+
+    /// What maps make of a material's numbers at a point.
+    #[must_use]
+    pub fn factors(&self, surface: &Surface) -> Factors {
+        let part = &self.parts[surface.part];
+        self.paints[part.object].as_ref().map_or(Factors::ONE, |paint| paint.at(&part.maps, surface))
     }
 
     /// What lies at a hit.
@@ -160,7 +209,9 @@ impl Geometry {
         let triangle = &self.triangles[hit.triangle as usize];
         let (position, normal) = triangle.at(hit.u, hit.v);
         let margin = triangle.margin(position, self.ray_offset);
-        Surface { position, face: triangle.face, normal, object: triangle.object as usize, margin }
+        let (part, barycentric) = (triangle.part as usize, [hit.u, hit.v]);
+        let (face, triangle) = (triangle.face, hit.triangle);
+        Surface { position, face, normal, part, margin, triangle, barycentric, footprint: 0.0 }
     }
 
     /// What lies at the hits of the lanes in `mask`.

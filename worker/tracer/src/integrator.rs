@@ -33,13 +33,15 @@ const SHARE: f32 = 1.0 / SPLIT as f32;
 pub struct World<'a> {
     /// Triangles.
     pub geometry: &'a Geometry,
-    /// Materials by object.
+    /// Materials.
     pub shaders: &'a [Shader],
     /// The materials that choose directions and end paths: `shaders` itself, or, for central differences with the same
     /// paths, those of the point in the middle.
     pub proposals: &'a [Shader],
-    /// Index into `shaders` by object.
+    /// Index into `shaders` by part.
     pub shader_of: &'a [usize],
+    /// By how much a camera ray gets wider for each metre: see [`crate::camera::PhotoCamera::spread`].
+    pub spread: f32,
     /// The photo's lights.
     pub lights: &'a PhotoLights,
 }
@@ -216,9 +218,12 @@ pub fn trace<const SAME: bool>(
             return;
         }
         let Some(h) = hit else { return };
-        let surface = world.geometry.surface(&h);
-        let shader = &world.shaders[world.shader_of[surface.object]];
-        let proposal = if SAME { shader } else { &world.proposals[world.shader_of[surface.object]] };
+        let mut surface = world.geometry.surface(&h);
+        if bounce == 0 {
+            surface.footprint = world.spread * h.t;
+        }
+        let shader = &world.shaders[world.shader_of[surface.part]];
+        let proposal = if SAME { shader } else { &world.proposals[world.shader_of[surface.part]] };
         let local = shader.local(&surface, world.geometry);
         let wo = local.basis.local(-ray.direction);
         // The proposals' frame is their own: their normals may be others.

@@ -18,6 +18,7 @@ mod extent;
 mod geometry;
 mod integrator;
 mod light;
+mod paint;
 mod planes;
 mod prepared;
 mod reflectance;

@@ -3,6 +3,7 @@
 use crate::difference::{Difference, Middle};
 use crate::geometry::{Geometry, Place, places};
 use crate::light::EnvironmentMap;
+use crate::paint;
 use crate::planes::Forward;
 use crate::reflectance::measured;
 use crate::scene::{Loaded, Scene, View, shader_of, without};
@@ -39,7 +40,8 @@ impl Stage {
     #[must_use]
     pub fn new(capture: Capture, assets: Assets) -> Self {
         let maps = assets.maps.iter().map(|(path, map)| (path.clone(), Arc::new(EnvironmentMap::new(map)))).collect();
-        Self { capture, loaded: Loaded { assets, maps }, recent: Mutex::default() }
+        let textures = paint::textures(&assets);
+        Self { capture, loaded: Loaded { assets, textures, maps }, recent: Mutex::default() }
     }
 
     /// Makes the scene ready at `numbers` (those that differ from the capture's), with the derivative images that
@@ -69,9 +71,9 @@ impl Stage {
         let view = |photo| View::new(capture, photo, &self.loaded, plan).map(Arc::new);
         Ok(Scene {
             geometry: self.geometry(capture)?,
-            without: without(capture, &self.loaded.assets, None)?,
+            without: without(capture, &self.loaded, None)?,
             shaders: self.shaders(capture, plan)?,
-            shader_of: shader_of(capture)?,
+            shader_of: shader_of(capture, &self.loaded.assets)?,
             views: capture.photos.iter().map(view).collect::<Result<_>>()?,
             measured: measured(capture, &self.loaded.assets)?,
         })
@@ -86,7 +88,7 @@ impl Stage {
         {
             return Ok(geometry.clone());
         }
-        let geometry = Arc::new(Geometry::new(capture, &key, &self.loaded.assets)?);
+        let geometry = Arc::new(Geometry::new(capture, &key, &self.loaded)?);
         let mut recent = recent();
         // Poses of a search come once; the first geometry is the one that returns.
         if recent.geometry.is_none() || capture.objects == self.capture.objects {

@@ -258,7 +258,18 @@ impl Prepared {
         let half =
             view.lights.principal_direction(p).and_then(|l| (l + view_direction).try_normalize()).map_or(0.0, angle);
         let depth = (p - view.camera.origin).dot(view.camera.forward);
-        [depth, n.x, n.y, n.z, surface.object as f32, p.x, p.y, p.z, half, angle(view_direction)]
+        [
+            depth,
+            n.x,
+            n.y,
+            n.z,
+            self.scene.geometry.object_of(hit.triangle) as f32,
+            p.x,
+            p.y,
+            p.z,
+            half,
+            angle(view_direction),
+        ]
     }
 
     /// Width and height of a photo.
@@ -314,8 +325,14 @@ impl Scene {
             _ => &self.geometry,
         };
         let glare = view.camera.glare.map(|glare| (glare, glare.offset(choose(1), choose(2))));
-        let world =
-            World { geometry, shaders: &self.shaders, proposals, shader_of: &self.shader_of, lights: &view.lights };
+        let world = World {
+            geometry,
+            shaders: &self.shaders,
+            proposals,
+            shader_of: &self.shader_of,
+            spread: view.camera.spread,
+            lights: &view.lights,
+        };
         found.fill(Vec3::ZERO);
         let mut tally = Tally { radiance: Vec3::ZERO, derivatives: found };
         let mut follow = |sampler: PixelSampler, known: Known<'_>, (dx, dy): (f32, f32), tally: &mut Tally<'_>| {

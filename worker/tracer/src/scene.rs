@@ -3,12 +3,13 @@
 use crate::camera::PhotoCamera;
 use crate::geometry::{Geometry, places};
 use crate::light::{EnvironmentMap, PhotoLights};
+use crate::paint::Textures;
 use crate::planes;
 use crate::reflectance::Measured;
 use crate::shader::Shader;
-use gonio_scene::capture::{CAPTURE_FILE, Light, LightKind, Photo};
+use gonio_scene::capture::{Light, LightKind, Photo};
 use gonio_scene::derivative::Plan;
-use gonio_scene::{Assets, Capture, Result, SceneError};
+use gonio_scene::{Assets, Capture, Result};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -18,7 +19,7 @@ pub(crate) struct Scene {
     /// Where an object was there for a part of the exposure: that part, and the geometry without it.
     pub(crate) without: Option<(f32, Arc<Geometry>)>,
     pub(crate) shaders: Arc<[Shader]>,
-    /// Index into `shaders` by object.
+    /// Index into `shaders` by part of an object.
     pub(crate) shader_of: Arc<[usize]>,
     pub(crate) views: Vec<Arc<View>>,
     /// What stands behind the views, by index.
@@ -36,6 +37,7 @@ pub(crate) struct View {
 /// The files of a capture, ready.
 pub(crate) struct Loaded {
     pub(crate) assets: Assets,
+    pub(crate) textures: Textures,
     pub(crate) maps: BTreeMap<String, Arc<EnvironmentMap>>,
 }
 
@@ -67,19 +69,16 @@ impl View {
     }
 }
 
-/// The shader of each object.
+/// The shader of each part of each object.
 ///
 /// # Errors
-/// An object of a material that is not there.
-pub(crate) fn shader_of(capture: &Capture) -> Result<Arc<[usize]>> {
-    let find = |material: &str| capture.materials.iter().position(|m| m.name == material);
-    let of = capture.objects.iter().map(|o| {
-        find(&o.material).ok_or_else(|| {
-            SceneError::new(CAPTURE_FILE, "names no material", "name a [[material]]")
-                .at(format!("object.{}.material", o.name))
-        })
-    });
-    of.collect()
+/// As [`gonio_scene::textures::parts`].
+pub(crate) fn shader_of(capture: &Capture, assets: &Assets) -> Result<Arc<[usize]>> {
+    let mut all = Vec::new();
+    for object in &capture.objects {
+        all.extend(assets.parts(capture, object)?.into_iter().map(|part| part.material));
+    }
+    Ok(all.into())
 }
 
 impl Scene {
@@ -90,9 +89,8 @@ impl Scene {
     pub(crate) fn vary(&self, from: &Capture, to: &Capture, loaded: &Loaded) -> Result<Variant> {
         let (was, is) = (places(from, None), places(to, None));
         let same_places = was == is && from.tracing == to.tracing;
-        let geometry =
-            if same_places { self.geometry.clone() } else { Arc::new(Geometry::new(to, &is, &loaded.assets)?) };
-        let without = without(to, &loaded.assets, same_places.then_some((from, self)))?;
+        let geometry = if same_places { self.geometry.clone() } else { Arc::new(Geometry::new(to, &is, loaded)?) };
+        let without = without(to, loaded, same_places.then_some((from, self)))?;
         let same_geometry = same_places
             && without.as_ref().map(|(share, _)| share) == self.without.as_ref().map(|(share, _)| share)
             && from.partly_present()? == to.partly_present()?;
@@ -136,7 +134,7 @@ impl Scene {
 /// As [`Geometry::new`]; two such objects.
 pub(crate) fn without(
     capture: &Capture,
-    assets: &Assets,
+    loaded: &Loaded,
     near: Option<(&Capture, &Scene)>,
 ) -> Result<Option<(f32, Arc<Geometry>)>> {
     let Some(object) = capture.partly_present()? else { return Ok(None) };
@@ -147,7 +145,7 @@ pub(crate) fn without(
     {
         return Ok(Some((share, geometry.clone())));
     }
-    let geometry = Geometry::new(capture, &places(capture, Some(object)), assets)?;
+    let geometry = Geometry::new(capture, &places(capture, Some(object)), loaded)?;
     Ok(Some((share, Arc::new(geometry))))
 }
 

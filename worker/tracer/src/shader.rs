@@ -89,7 +89,7 @@ impl Shader {
         match &self.effects {
             None => Local { basis: Basis::new(surface.normal), detail: None },
             Some(effects) => {
-                let (basis, detail) = effects.local(surface, geometry.extent(surface.object));
+                let (basis, detail) = effects.local(surface, geometry);
                 Local { basis, detail: Some(detail) }
             }
         }

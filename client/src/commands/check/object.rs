@@ -4,9 +4,11 @@ use super::inside;
 use super::placed::{Placed, eye};
 use super::vector::{Vector, length, sub};
 use super::winding::Winding;
+use gonio_scene::capture::Object;
 use gonio_scene::files::Files;
 use gonio_scene::mesh::{self, Mesh};
-use gonio_scene::{Capture, SceneError};
+use gonio_scene::textures::wants_look;
+use gonio_scene::{Assets, Capture, SceneError};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -47,8 +49,14 @@ pub(super) fn look(
     let mut seen = vec![false; capture.photos.len()];
     let mut all_read = true;
     for object in &capture.objects {
+        let looks = wants_look(capture, object);
+        if looks {
+            errors.extend(look_at_maps(capture, object, files).err());
+        }
         let mesh = meshes.entry(&object.mesh).or_insert_with(|| match mesh::read_with_remarks(files, &object.mesh) {
-            Ok((mesh, remarks)) => {
+            Ok((mesh, mut remarks)) => {
+                // What the file holds besides its shape is used where a material has maps.
+                remarks.retain(|_| !looks);
                 warnings.extend(remarks.iter().map(|remark| format!("{}: {remark}", object.mesh)));
                 warn_of_winding(&object.mesh, &mesh, warnings);
                 Some(Arc::new(mesh))
@@ -82,6 +90,12 @@ pub(super) fn look(
         }
     }
     summaries
+}
+
+/// Reads what the materials' maps need.
+fn look_at_maps(capture: &Capture, object: &Object, files: &dyn Files) -> Result<(), SceneError> {
+    let (materials, objects) = (capture.materials.clone(), vec![object.clone()]);
+    Assets::load(&Capture { materials, objects, ..Capture::default() }, files).map(|_| ())
 }
 
 fn summarise(placed: &Placed<'_>, capture: &Capture, seen: &mut [bool]) -> ObjectSummary {

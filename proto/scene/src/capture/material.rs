@@ -1,6 +1,7 @@
 //! Materials: what a surface reflects.
 
 use super::effects::Effects;
+use super::maps::Maps;
 use super::visit::{Range, Section, Visitor, colour};
 use crate::Result;
 
@@ -13,6 +14,8 @@ pub struct Material {
     pub model: Model,
     /// What it has beyond the plain model.
     pub effects: Effects,
+    /// How its numbers vary over a mesh.
+    pub maps: Maps,
 }
 
 /// The reflectance models of the capture format.
@@ -69,7 +72,8 @@ impl Model {
 
 impl Default for Material {
     fn default() -> Self {
-        Self { name: String::new(), model: Model::Lambert { base_color: [0.5; 3] }, effects: Effects::default() }
+        let model = Model::Lambert { base_color: [0.5; 3] };
+        Self { name: String::new(), model, effects: Effects::default(), maps: Maps::default() }
     }
 }
 
@@ -97,6 +101,7 @@ impl Section for Material {
                 colour(v, "k", k, Range { min: 0.0, max: 100.0 }, None)?;
             }
         }
+        self.maps.describe(&self.model, v)?;
         self.effects.describe(&self.model, v)
     }
 }

@@ -5,6 +5,7 @@ pub mod curve;
 pub mod effects;
 pub mod freed;
 pub mod light;
+pub mod maps;
 pub mod material;
 mod numbers;
 pub mod object;
@@ -22,6 +23,7 @@ pub use curve::ResponseCurve;
 pub use effects::{Effects, LONGEST_SCATTER, NULL_STEP, VARIATIONS};
 pub use freed::Freed;
 pub use light::{Frame, Light, LightKind, Lobe};
+pub use maps::{MapSource, Maps, Role as MapRole};
 pub use material::{Material, Model};
 pub use object::Object;
 pub use photo::{Photo, Role};
@@ -236,6 +238,12 @@ impl Capture {
         self.photos.iter().position(|p| p.name() == name)
     }
 
+    /// Index of a material by its name.
+    #[must_use]
+    pub fn material_index(&self, name: &str) -> Option<usize> {
+        self.materials.iter().position(|m| m.name == name)
+    }
+
     /// The camera of photo `index`, overrides applied.
     #[must_use]
     pub fn camera_of(&self, photo: &Photo) -> Camera {
@@ -271,12 +279,11 @@ impl Capture {
             }
         }
         for o in &self.objects {
-            if !self.materials.iter().any(|m| m.name == o.material) {
-                return refuse(
-                    format!("object.{}.material", o.name),
-                    format!("names \"{}\", which is no material here", o.material),
-                    "name a [[material]] of this capture",
-                );
+            let own = std::iter::once((format!("object.{}.material", o.name), &o.material));
+            let of_parts = o.materials.iter().map(|(part, name)| (format!("object.{}.materials.{part}", o.name), name));
+            if let Some((key, name)) = own.chain(of_parts).find(|(_, name)| self.material_index(name).is_none()) {
+                let problem = format!("names \"{name}\", which is no material here");
+                return refuse(key, problem, "name a [[material]] of this capture");
             }
         }
         for p in &self.photos {

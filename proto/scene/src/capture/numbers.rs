@@ -3,6 +3,7 @@
 use super::read::join;
 use super::visit::{Numbers, Range, Section, Visitor};
 use crate::{Result, SceneError};
+use std::collections::BTreeMap;
 
 /// What is done with each number: its dotted name, its value, its bounds.
 pub(super) type Each<'a> = dyn FnMut(&str, &mut f64, Range) + 'a;
@@ -89,6 +90,10 @@ impl Visitor for Walker<'_, '_> {
     }
 
     fn optional_texts(&mut self, _: &str, _: &mut Option<Vec<String>>) -> Result<()> {
+        Ok(())
+    }
+
+    fn words(&mut self, _: &str, _: &mut BTreeMap<String, String>) -> Result<()> {
         Ok(())
     }
 

@@ -2,6 +2,7 @@
 
 use super::visit::{Numbers, Range, Section, Visitor, XYZ, vector_or};
 use crate::Result;
+use std::collections::BTreeMap;
 
 /// The 4x4 identity.
 pub const IDENTITY: [[f64; 4]; 4] =
@@ -16,6 +17,9 @@ pub struct Object {
     pub mesh: String,
     /// The material's name.
     pub material: String,
+    /// Materials of parts of the mesh, by the names that the mesh's file gives to its own materials; the other parts have
+    /// `material`.
+    pub materials: BTreeMap<String, String>,
     /// Maps mesh coordinates to world coordinates; affine, row-major.
     pub object_to_world: [[f64; 4]; 4],
     /// Size along the mesh's own axes, relative to the file's.
@@ -34,6 +38,7 @@ impl Default for Object {
             name: String::new(),
             mesh: String::new(),
             material: String::new(),
+            materials: BTreeMap::new(),
             object_to_world: IDENTITY,
             scale: [1.0; 3],
             translation: [0.0; 3],
@@ -111,6 +116,7 @@ impl Section for Object {
         v.numbers("scale", Numbers { values, suffixes: &XYZ, range, default: Some(&[1.0; 3]), may_end_early: false })?;
         vector_or(v, "translation", &mut self.translation, &[0.0; 3])?;
         vector_or(v, "rotation", &mut self.rotation, &[0.0; 3])?;
-        v.number("presence", &mut self.presence, Range::UNIT, Some(1.0))
+        v.number("presence", &mut self.presence, Range::UNIT, Some(1.0))?;
+        v.words("materials", &mut self.materials)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::visit::{Numbers, Range, Section, Visitor};
 use crate::{Result, SceneError};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use toml::{Table, Value};
 
 /// Reads one table; knows which of its keys were asked for.
@@ -254,6 +254,18 @@ impl Visitor for Reader<'_> {
 
     fn optional_texts(&mut self, key: &str, value: &mut Option<Vec<String>>) -> Result<()> {
         *value = self.get(key).map(|v| self.to_texts(key, v)).transpose()?;
+        Ok(())
+    }
+
+    fn words(&mut self, key: &str, value: &mut BTreeMap<String, String>) -> Result<()> {
+        value.clear();
+        let Some(given) = self.get(key) else { return Ok(()) };
+        let table = given.as_table().ok_or_else(|| self.wrong_type(key, given, "a table of words"))?;
+        for (name, word) in table {
+            let key = join(key, name);
+            let word = word.as_str().ok_or_else(|| self.wrong_type(&key, word, "a word in quotes"))?;
+            value.insert(name.clone(), word.to_owned());
+        }
         Ok(())
     }
 

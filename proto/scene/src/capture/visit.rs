@@ -4,6 +4,7 @@
 //! TOML, or walks their numbers by dotted name. A key that is added there is readable, writable and fittable at once.
 
 use crate::Result;
+use std::collections::BTreeMap;
 
 /// What a number may be: bounds (both included) and the value it has where the key is absent.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,6 +104,8 @@ pub trait Visitor {
     fn texts(&mut self, key: &str, value: &mut Vec<String>) -> Result<()>;
     /// A list of words that may be absent for good.
     fn optional_texts(&mut self, key: &str, value: &mut Option<Vec<String>>) -> Result<()>;
+    /// A table of words by names that are the file's own; empty where absent.
+    fn words(&mut self, key: &str, value: &mut BTreeMap<String, String>) -> Result<()>;
     /// A nested table, left out where `present` says that there is nothing in it.
     fn section(&mut self, key: &str, section: &mut dyn Section) -> Result<()>;
     /// Refuses what was read under `key`. Returns the error to give back.

@@ -2,6 +2,7 @@
 
 use super::visit::{Numbers, Range, Section, Visitor};
 use crate::{Result, SceneError};
+use std::collections::BTreeMap;
 use toml::{Table, Value};
 
 /// Collects one table; keys at their default are left out.
@@ -117,6 +118,14 @@ impl Visitor for Writer {
     fn optional_texts(&mut self, key: &str, value: &mut Option<Vec<String>>) -> Result<()> {
         if let Some(v) = value {
             self.put(key, words(v));
+        }
+        Ok(())
+    }
+
+    fn words(&mut self, key: &str, value: &mut BTreeMap<String, String>) -> Result<()> {
+        if !value.is_empty() {
+            let table = value.iter().map(|(name, word)| (name.clone(), Value::String(word.clone())));
+            self.put(key, Value::Table(table.collect()));
         }
         Ok(())
     }

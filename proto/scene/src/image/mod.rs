@@ -7,13 +7,16 @@ mod limit;
 mod mask;
 mod raster;
 mod remarks;
+mod texture;
 mod tiff;
 mod write;
 
 pub use mask::{Mask, read_mask};
 pub use remarks::{Claims, claims};
+pub use texture::{Curve, decode_texture, linear, read_texture};
 pub use write::{encode_exr, encode_exr_channels, encode_png8, write_exr, write_exr_channels, write_png8};
 
+use remarks::claims_of;
 use std::path::Path;
 use std::sync::Arc;
 

@@ -28,9 +28,14 @@ const FRAME: usize = 12;
 /// As [`super::dimensions`].
 pub fn claims(files: &dyn Files, path: &str) -> Result<Claims> {
     let (format, bytes) = open(files, path)?;
+    claims_of(path, format, &bytes)
+}
+
+/// As [`claims`], from a file's bytes.
+pub(super) fn claims_of(path: &str, format: Format, bytes: &[u8]) -> Result<Claims> {
     match format {
         Format::OpenExr => {
-            let luminance = shielded(path, || exr::white_luminance(path, &bytes))?;
+            let luminance = shielded(path, || exr::white_luminance(path, bytes))?;
             Ok(Claims { white_luminance: luminance.map(f64::from), ..Claims::default() })
         }
         Format::Png => Ok(png(bytes.get(8..).unwrap_or_default())),

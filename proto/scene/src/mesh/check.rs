@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::{Mesh, Surface};
+use super::look::retain;
+use super::{Look, Mesh, Surface};
 use crate::error::{Result, SceneError};
 
 /// The range of a mesh's largest extent, in metres. Outside of it, a file is not in metres, or not a part.
@@ -27,8 +28,8 @@ const SPACING: f64 = 1e-3;
 ///
 /// # Errors
 /// See [`super::read`].
-pub(super) fn finish(file: &str, surface: Surface) -> Result<Mesh> {
-    let Surface { positions: exact, mut normals, mut triangles, remarks: _ } = surface;
+pub(super) fn finish(file: &str, surface: Surface) -> Result<(Mesh, Option<Look>)> {
+    let Surface { positions: exact, mut normals, mut triangles, remarks: _, mut look } = surface;
     if triangles.is_empty() {
         return Err(SceneError::new(
             file,
@@ -59,7 +60,8 @@ pub(super) fn finish(file: &str, surface: Surface) -> Result<Mesh> {
     check_extent(file, &exact, &triangles)?;
     check_rounding(file, &exact, &positions, &triangles)?;
     let before = triangles.len();
-    triangles.retain(|triangle| has_area(&positions, triangle));
+    let sized: Vec<bool> = triangles.iter().map(|triangle| has_area(&positions, triangle)).collect();
+    retain(&mut triangles, &sized);
     if triangles.is_empty() {
         return Err(SceneError::new(
             file,
@@ -72,8 +74,11 @@ pub(super) fn finish(file: &str, surface: Surface) -> Result<Mesh> {
     if let Some(normals) = &mut normals {
         check_normals(file, normals, &used)?;
     }
-    leave_out(&mut positions, &mut normals, &mut triangles, &used);
-    Ok(Mesh { degenerate, positions, normals, triangles })
+    let kept = leave_out(&mut positions, &mut normals, &mut triangles, &used);
+    if let Some(look) = &mut look {
+        look.keep(&sized, &kept);
+    }
+    Ok((Mesh { degenerate, positions, normals, triangles }, look))
 }
 
 /// Which vertices a triangle uses.
@@ -87,13 +92,13 @@ fn used(triangles: &[[u32; 3]], vertices: usize) -> Vec<bool> {
     used
 }
 
-/// Leaves out the vertices that no triangle uses and that are unsound, so that all of a [`Mesh`] is sound.
+/// Leaves out the vertices that no triangle uses and that are unsound, so that all of a [`Mesh`] is sound. Which ones stay.
 fn leave_out(
     positions: &mut Vec<[f32; 3]>,
     normals: &mut Option<Vec<[f32; 3]>>,
     triangles: &mut [[u32; 3]],
     used: &[bool],
-) {
+) -> Vec<bool> {
     let sound = |values: &[f32; 3]| values.iter().all(|value| value.is_finite());
     let keep: Vec<bool> = (used.iter().zip(positions.iter()).enumerate())
         .map(|(vertex, (used, position))| {
@@ -102,7 +107,7 @@ fn leave_out(
         })
         .collect();
     if keep.iter().all(|kept| *kept) {
-        return;
+        return keep;
     }
     let mut next = 0;
     let renumbered: Vec<u32> = keep
@@ -116,9 +121,9 @@ fn leave_out(
         *index = renumbered.get(*index as usize).copied().unwrap_or(*index);
     }
     for list in [Some(positions), normals.as_mut()].into_iter().flatten() {
-        let mut kept = keep.iter();
-        list.retain(|_| kept.next() == Some(&true));
+        retain(list, &keep);
     }
+    keep
 }
 
 fn check_positions(file: &str, positions: &[[f32; 3]], used: &[bool]) -> Result<()> {
@@ -234,6 +239,10 @@ fn check_rounding(file: &str, exact: &[[f64; 3]], rounded: &[[f32; 3]], triangle
 mod tests {
     use super::*;
 
+    fn finish(file: &str, surface: Surface) -> Result<Mesh> {
+        super::finish(file, surface).map(|(mesh, _)| mesh)
+    }
+
     fn triangle(positions: [[f32; 3]; 3]) -> Surface {
         let positions = positions.map(|position| position.map(f64::from)).to_vec();
         Surface { positions, triangles: vec![[0, 1, 2]], ..Surface::default() }
@@ -270,6 +279,7 @@ mod tests {
         let again = Surface {
             positions: once.positions.iter().map(|position| position.map(f64::from)).collect(),
             remarks: Vec::new(),
+            look: None,
             normals: once.normals.clone(),
             triangles: once.triangles.clone(),
         };

@@ -2,12 +2,14 @@
 
 mod check;
 mod gltf;
+mod look;
 mod number;
 mod obj;
 mod ply;
 mod polygon;
 mod stl;
 
+pub use look::{Group, Look, Picture, Says, Wrap};
 pub use ply::write_ply;
 
 use std::path::Path;
@@ -41,6 +43,8 @@ struct Surface {
     triangles: Vec<[u32; 3]>,
     /// What the file holds besides, that would change how the part looks, as the end of a sentence about the file.
     remarks: Vec<String>,
+    /// How it looks, where that was asked for.
+    look: Option<Look>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,8 +75,8 @@ pub fn read(files: &dyn Files, path: &str) -> Result<Mesh> {
 /// # Errors
 /// As [`read`], except for normals.
 pub fn read_shape(files: &dyn Files, path: &str) -> Result<Mesh> {
-    let surface = read_surface(files, path)?;
-    check::finish(path, Surface { normals: None, ..surface })
+    let surface = read_surface(files, path, false)?;
+    check::finish(path, Surface { normals: None, ..surface }).map(|(mesh, _)| mesh)
 }
 
 /// As [`read`], and what the file holds besides that would change how the part looks and is not used (colours, textures,
@@ -81,20 +85,33 @@ pub fn read_shape(files: &dyn Files, path: &str) -> Result<Mesh> {
 /// # Errors
 /// As [`read`].
 pub fn read_with_remarks(files: &dyn Files, path: &str) -> Result<(Mesh, Vec<String>)> {
-    let mut surface = read_surface(files, path)?;
+    let mut surface = read_surface(files, path, false)?;
     let remarks = std::mem::take(&mut surface.remarks);
-    Ok((check::finish(path, surface)?, remarks))
+    Ok((check::finish(path, surface)?.0, remarks))
 }
 
-fn read_surface(files: &dyn Files, path: &str) -> Result<Surface> {
+/// As [`read`], and how the surface looks by the file. Vertices are split where texture coordinates are.
+///
+/// # Errors
+/// As [`read`]. Of colours, coordinates and materials what cannot be read at all; the rest is for those who use them.
+pub fn read_with_look(files: &dyn Files, path: &str) -> Result<(Mesh, Look)> {
+    let (mesh, look) = check::finish(path, read_surface(files, path, true)?)?;
+    let mut look = look.unwrap_or_default();
+    if look.groups.is_empty() {
+        look.groups.push(Group::named(""));
+    }
+    Ok((mesh, look))
+}
+
+fn read_surface(files: &dyn Files, path: &str, look: bool) -> Result<Surface> {
     let format = format_of(path)?;
     let bytes = files.read(path)?;
     check_magic(path, format, &bytes)?;
     shielded(path, || match format {
-        Format::Ply => ply::read(path, &bytes),
-        Format::Obj => obj::read(path, &bytes),
+        Format::Ply => ply::read(path, &bytes, look),
+        Format::Obj => obj::read(files, path, &bytes, look),
         Format::Stl => stl::read(path, &bytes),
-        Format::Gltf | Format::Glb => gltf::read(files, path, &bytes),
+        Format::Gltf | Format::Glb => gltf::read(files, path, &bytes, look),
     })
 }
 

@@ -43,6 +43,7 @@ fn binary(file: &str, bytes: &[u8]) -> Result<Surface> {
     let (facets, _) = bytes.get(HEADER..).unwrap_or_default().as_chunks::<TRIANGLE>();
     let coloured = facets.windows(2).any(|pair| pair.first().map(|f| &f[48..]) != pair.last().map(|f| &f[48..]));
     Ok(Surface {
+        look: None,
         positions: mesh.vertices.iter().map(|vertex| vertex.0.map(f64::from)).collect(),
         normals: None,
         triangles: mesh.faces.iter().map(|face| face.vertices.map(narrow)).collect(),

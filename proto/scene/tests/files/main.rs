@@ -13,6 +13,7 @@ mod broken_meshes;
 mod fixture_images;
 mod fixture_meshes;
 mod images;
+mod looks;
 mod meshes;
 mod mutations;
 

@@ -43,7 +43,7 @@ pub use conductor::Conductor;
 pub use error::ParameterError;
 pub use exchange::Exchange;
 pub use lambert::Lambert;
-pub use layered::{Built, Core, Layered, Recipe, Site};
+pub use layered::{Built, Core, Layered, Recipe, Site, Spread};
 pub use many::Evaluations;
 pub use microfacet::ALPHA_FLOOR;
 pub use plastic::Plastic;

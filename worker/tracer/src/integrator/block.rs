@@ -52,7 +52,7 @@ pub fn first_surfaces(world: &World<'_>, block: &First<'_>, radiance: &mut [Vec3
     }
     let mut shaders = [u32::MAX; BLOCK];
     for lane in lanes(todo) {
-        shaders[lane] = world.shader_of[world.geometry.object_of(block.hits.triangle[lane])] as u32;
+        shaders[lane] = world.shader_of[world.geometry.part_of(block.hits.triangle[lane])] as u32;
     }
     while todo != 0 {
         let shader = shaders[todo.trailing_zeros() as usize % BLOCK];

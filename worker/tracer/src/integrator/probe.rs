@@ -52,7 +52,7 @@ pub fn entries(
             }
             let Some(hit) = geometry.closest(&ray) else { break };
             ray.t_min = hit.t;
-            if geometry.object_of(hit.triangle) != exit.object {
+            if geometry.object_of(hit.triangle) != geometry.object_of(exit.triangle) {
                 continue;
             }
             let surface = geometry.surface(&hit);

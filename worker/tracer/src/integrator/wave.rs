@@ -47,7 +47,7 @@ impl Waves {
             return;
         }
         if let Some(hit) = &path.start.hit {
-            let shader = world.shader_of[world.geometry.object_of(hit.triangle)];
+            let shader = world.shader_of[world.geometry.part_of(hit.triangle)];
             if world.shaders[shader].many().is_some() {
                 self.next[shader].push(path);
                 return;

@@ -5,13 +5,13 @@ mod below;
 use super::column::{Column, KEYS, sharpness};
 use crate::affine::rgb;
 use crate::basis::Basis;
-use crate::bsdf::{Built, Core, Evaluation, Layered, ParameterError, Recipe, Site};
-use crate::extent::Extent;
-use crate::geometry::Surface;
+use crate::bsdf::{Built, Core, Evaluation, Layered, ParameterError, Recipe, Site, Spread};
+use crate::geometry::{Geometry, Surface};
+use crate::paint::Factors;
 use crate::planes::{self, PlaneIndex};
 use crate::surface_basis;
 use glam::{Vec2, Vec3};
-use gonio_scene::capture::{Material, Model, VARIATIONS};
+use gonio_scene::capture::{MapRole, Material, Model, VARIATIONS};
 use gonio_scene::derivative::Plan;
 
 /// Relative step of the differences by the logarithm of a place's colour or roughness.
@@ -42,6 +42,8 @@ pub struct Effects {
     albedo: Variation,
     roughness: Variation,
     bump: Variation,
+    /// Whether a map varies its numbers.
+    mapped: bool,
     /// Half the angle between two tilts of the normal, radians.
     tilt: f32,
 }
@@ -60,7 +62,7 @@ pub struct Detail {
 impl Detail {
     /// Of a flat sample, which is no place of an object.
     pub fn flat() -> Self {
-        let site = Site { albedo: 1.0, roughness: 1.0, axis: Vec3::Y };
+        let site = Site { axis: Vec3::Y, ..Site::default() };
         Self { site, place: Vec3::ZERO, tilt: [Vec3::ZERO; 2] }
     }
 
@@ -136,7 +138,8 @@ impl Effects {
             || effects.metallic != 0.0
             || effects.anisotropy_strength != 0.0
             || effects.sheen_color != [0.0; 3]
-            || variations.iter().any(|v| v.active);
+            || variations.iter().any(|v| v.active)
+            || !material.maps.is_empty();
         // A plain surface has analytic derivatives by what it has.
         let wanted = KEYS.iter().filter(|k| active || !k.plain).filter_map(|k| Some((k, plane(k.name)?)));
         if !active && wanted.clone().next().is_none() && !variations.iter().any(|v| v.used()) {
@@ -146,7 +149,13 @@ impl Effects {
         if roughness.used() {
             let reach: f32 = roughness.coefficients.iter().map(|c| c.abs()).sum();
             // Room for the differences.
-            recipe.roughness_spread = Some(libm::expf(reach.min(ROUGHNESS_EXPONENT)) * (1.0 + 2.0 * STEP));
+            recipe.roughness_spread = Some(Spread::By(libm::expf(reach.min(ROUGHNESS_EXPONENT)) * (1.0 + 2.0 * STEP)));
+        }
+        if material.maps.get(MapRole::Roughness).is_some() {
+            recipe.roughness_spread = Some(match recipe.roughness_spread {
+                Some(Spread::By(factor)) => Spread::Below(factor),
+                _ => Spread::Below(1.0),
+            });
         }
         let mut built = Built::default();
         let surface = Layered::new(recipe, &mut built)?;
@@ -156,7 +165,8 @@ impl Effects {
         }
         let needs_center = columns.iter().any(Column::needs_center);
         let tilt = (0.02 * sharpness(&recipe)).clamp(2e-4, 5e-3);
-        Ok(Some(Self { active, surface, columns, needs_center, albedo, roughness, bump, tilt }))
+        let mapped = !material.maps.is_empty();
+        Ok(Some(Self { active, surface, columns, needs_center, albedo, roughness, bump, mapped, tilt }))
     }
 
     /// Whether any derivative is wanted.
@@ -165,7 +175,8 @@ impl Effects {
     }
 
     /// The shading frame and details of a point.
-    pub fn local(&self, surface: &Surface, extent: &Extent) -> (Basis, Detail) {
+    pub fn local(&self, surface: &Surface, geometry: &Geometry) -> (Basis, Detail) {
+        let extent = geometry.extent_at(surface);
         let position = extent.position(surface.position);
         let varied = self.albedo.active || self.roughness.active;
         let values = if varied { surface_basis::values(position) } else { [0.0; VARIATIONS] };
@@ -188,9 +199,11 @@ impl Effects {
                 tilt = [basis.x, basis.y].map(|axis| extent.along(along_surface(axis)) * scale);
             }
         }
+        let mapped = if self.mapped { geometry.factors(surface) } else { Factors::ONE };
         let site = Site {
-            albedo: self.albedo.factor(&values, EXPONENT),
-            roughness: self.roughness.factor(&values, ROUGHNESS_EXPONENT),
+            albedo: mapped.base_color * self.albedo.factor(&values, EXPONENT),
+            roughness: mapped.roughness * self.roughness.factor(&values, ROUGHNESS_EXPONENT),
+            metallic: mapped.metallic,
             axis: basis.local(extent.axis(basis.z)),
         };
         (basis, Detail { site, place: position, tilt })

@@ -37,6 +37,30 @@ pub(super) fn indices(file: &str, accessor: &Accessor<'_>, buffers: &[Arc<[u8]>]
     Ok(elements(file, accessor, buffers)?.map(index).collect())
 }
 
+/// The elements of an accessor of vectors of two to four numbers, padded with ones: floats, or integers as a fraction of
+/// their largest (glTF 2.0, section 3.6.2.2). Colours and texture coordinates.
+pub(super) fn fractions(file: &str, accessor: &Accessor<'_>, buffers: &[Arc<[u8]>]) -> Result<Vec<[f32; 4]>> {
+    let known = matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::F32);
+    let vector = matches!(accessor.dimensions(), Dimensions::Vec2 | Dimensions::Vec3 | Dimensions::Vec4);
+    if !known || !vector {
+        let problem =
+            format!("is {:?} of {:?}, not a vector of fractions", accessor.dimensions(), accessor.data_type());
+        return Err(SceneError::new(file, problem, MEND).at(place(accessor)));
+    }
+    let bytes_each = accessor.data_type().size();
+    let number = |bytes: &[u8]| match *bytes {
+        [value] => f32::from(value) / 255.0,
+        [low, high] => f32::from(u16::from_le_bytes([low, high])) / 65535.0,
+        [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
+        _ => f32::NAN,
+    };
+    let vector = |bytes: &[u8]| {
+        let mut values = bytes.chunks(bytes_each).map(number);
+        std::array::from_fn(|_| values.next().unwrap_or(1.0))
+    };
+    Ok(elements(file, accessor, buffers)?.map(vector).collect())
+}
+
 fn place(accessor: &Accessor<'_>) -> String {
     format!("accessors[{}]", accessor.index())
 }

@@ -1,6 +1,7 @@
 //! glTF 2.0: text with separate or embedded buffers, and the binary GLB.
 
 mod accessor;
+mod look;
 mod scene;
 
 use std::borrow::Cow;
@@ -23,7 +24,7 @@ use crate::files::{Files, beside};
 const MEND: &str = "export it again, as GLB or PLY";
 
 /// Reads the triangles of a glTF file's default scene, with the transforms of its nodes.
-pub(super) fn read(files: &dyn Files, file: &str, bytes: &[u8]) -> Result<Surface> {
+pub(super) fn read(files: &dyn Files, file: &str, bytes: &[u8], look: bool) -> Result<Surface> {
     let (document, binary) = parse(file, bytes)?;
     let mut buffers = Vec::new();
     for buffer in document.buffers() {
@@ -44,7 +45,7 @@ pub(super) fn read(files: &dyn Files, file: &str, bytes: &[u8]) -> Result<Surfac
         }
         buffers.push(content);
     }
-    scene::surface(file, &document, &buffers)
+    scene::surface(file, &document, &buffers, look)
 }
 
 /// The files that hold a glTF file's buffers, named as [`read`] asks for them.
@@ -125,15 +126,14 @@ fn embedded(data: &str) -> std::result::Result<Arc<[u8]>, String> {
 
 fn external(file: &str, uri: &str) -> Result<String> {
     let refused = |problem: &str| {
-        Err(SceneError::new(file, format!("{problem}: {uri}"), "keep the buffers in files beside the glTF, or use GLB")
-            .at("buffers"))
+        Err(SceneError::new(file, format!("{problem}: {uri}"), "keep the file beside the glTF, or use GLB").at("uri"))
     };
     // A colon before any slash makes a scheme: RFC 3986, section 4.2.
     if uri.split('/').next().is_some_and(|segment| segment.contains(':')) {
-        return refused("refers to a buffer that is no file beside it");
+        return refused("refers to what is no file beside it");
     }
     match percent_decode_str(uri).decode_utf8() {
         Ok(path) if !path.is_empty() => Ok(beside(file, &path)),
-        _ => refused("refers to a buffer by a name that is none"),
+        _ => refused("refers to a file by a name that is none"),
     }
 }

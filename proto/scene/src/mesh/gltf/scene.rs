@@ -8,13 +8,14 @@ use gltf::{Document, Node};
 
 use super::super::Surface;
 use super::accessor;
+use super::look::Looks;
 use crate::error::{Result, SceneError};
 
 /// The most memory, in bytes, that the meshes of a scene may take: many nodes can show one large mesh.
 const MAX_BYTES: usize = 1 << 30;
 
 /// The triangles of the default scene (or the only one), in the scene's coordinates.
-pub(super) fn surface(file: &str, document: &Document, buffers: &[Arc<[u8]>]) -> Result<Surface> {
+pub(super) fn surface(file: &str, document: &Document, buffers: &[Arc<[u8]>], look: bool) -> Result<Surface> {
     let mut scenes = document.scenes();
     let scene = match (document.default_scene(), scenes.next(), scenes.next()) {
         (Some(scene), ..) | (None, Some(scene), None) => scene,
@@ -23,7 +24,8 @@ pub(super) fn surface(file: &str, document: &Document, buffers: &[Arc<[u8]>]) ->
             return Err(SceneError::new(file, problem, "export one scene, that shows the mesh").at("scene"));
         }
     };
-    let mut gathered = Gathered { file, buffers, surface: Surface::default(), primitives: 0, coloured: false };
+    let looks = look.then(Looks::default);
+    let mut gathered = Gathered { file, buffers, surface: Surface::default(), looks, primitives: 0, coloured: false };
     let mut open: Vec<_> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
     open.reverse();
     let mut visited = 0;
@@ -41,7 +43,8 @@ pub(super) fn surface(file: &str, document: &Document, buffers: &[Arc<[u8]>]) ->
         open.extend(node.children().map(|child| (child, to_scene)));
         open[children..].reverse();
     }
-    let Gathered { mut surface, primitives, coloured, .. } = gathered;
+    let Gathered { mut surface, primitives, coloured, looks, .. } = gathered;
+    surface.look = looks.map(Looks::finish);
     if primitives > 1 {
         surface.remarks.push(format!("has {primitives} parts, which become one"));
     }
@@ -58,6 +61,8 @@ struct Gathered<'a> {
     file: &'a str,
     buffers: &'a [Arc<[u8]>],
     surface: Surface,
+    /// Where the look is wanted.
+    looks: Option<Looks>,
     primitives: usize,
     coloured: bool,
 }
@@ -118,6 +123,10 @@ impl Gathered<'_> {
         }
         self.primitives += 1;
         self.coloured |= primitive.attributes().any(|(semantic, _)| matches!(semantic, gltf::Semantic::Colors(_)));
+        let look = match &mut self.looks {
+            Some(looks) => Some(looks.read(self.file, primitive, self.buffers, positions.len())?),
+            None => None,
+        };
         let into = &mut self.surface;
         // Without normals, a primitive beside others with has flat ones (glTF 2.0, section 3.7.2.1): three vertices a face.
         let flat = normals.is_none() && into.normals.is_some();
@@ -140,13 +149,21 @@ impl Gathered<'_> {
             positions: positions.into_iter().map(point).collect(),
             normals: normals.map(|normals| transform_normals(normals, to_scene)),
             triangles,
-            remarks: Vec::new(),
+            ..Surface::default()
         };
+        let mut vertices: Vec<u32> = (0..count).collect();
         if flat {
+            vertices = part.triangles.concat();
             part = flattened(&part);
         }
         if flat_before {
+            if let Some(looks) = &mut self.looks {
+                looks.take_apart(&into.triangles.concat());
+            }
             *into = flattened(into);
+        }
+        if let (Some(looks), Some(look)) = (&mut self.looks, &look) {
+            looks.add(look, part.triangles.len(), &vertices, into.positions.len());
         }
         let base = u32::try_from(into.positions.len()).unwrap_or(u32::MAX);
         into.triangles.extend(part.triangles.iter().map(|triangle| triangle.map(|index| index.saturating_add(base))));

@@ -1,15 +1,16 @@
 //! PLY: Stanford polygon files, ascii and binary.
 
 mod ascii;
+mod look;
+mod vertex;
 mod write;
 
 pub use write::write_ply;
 
 use ascii::Lines;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{
-    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
-};
+use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyAccess, PropertyType, ScalarType};
+use vertex::{CORNERS, Face, Vertex, WEDGES};
 
 use super::Surface;
 use super::number::without_mark;
@@ -18,81 +19,6 @@ use crate::decoder::one_line;
 use crate::error::{Result, SceneError};
 
 const MEND: &str = "export the mesh again, as a binary PLY";
-
-/// The names under which exporters write a face's corners.
-const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
-
-/// Positions stay doubles until their rounding has been judged.
-#[derive(Default)]
-struct Vertex {
-    position: [f64; 3],
-    normal: [f64; 3],
-}
-
-impl Vertex {
-    fn slot(&mut self, name: &str) -> Option<&mut f64> {
-        match name {
-            "x" => Some(&mut self.position[0]),
-            "y" => Some(&mut self.position[1]),
-            "z" => Some(&mut self.position[2]),
-            "nx" => Some(&mut self.normal[0]),
-            "ny" => Some(&mut self.normal[1]),
-            "nz" => Some(&mut self.normal[2]),
-            _ => None,
-        }
-    }
-}
-
-impl PropertyAccess for Vertex {
-    fn new() -> Self {
-        Self::default()
-    }
-
-    fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
-        let Some(slot) = self.slot(name) else { return PropertyAccessResult::Ignored };
-        let value = match value {
-            Property::Double(value) => Some(value),
-            Property::Int(value) => Some(f64::from(value)),
-            Property::UInt(value) => Some(f64::from(value)),
-            other => other.to_f32_lossy().map(f64::from),
-        };
-        match value {
-            Some(value) => {
-                *slot = value;
-                PropertyAccessResult::Set
-            }
-            None => PropertyAccessResult::UnsupportedType,
-        }
-    }
-}
-
-/// A polygon. Indices of any type fit f64 exactly, so that a wrong one can be named as it stands in the file.
-#[derive(Default)]
-struct Face(Vec<f64>);
-
-impl PropertyAccess for Face {
-    fn new() -> Self {
-        Self::default()
-    }
-
-    fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
-        if !CORNERS.contains(&name) {
-            return PropertyAccessResult::Ignored;
-        }
-        self.0 = match value {
-            Property::ListChar(list) => list.into_iter().map(f64::from).collect(),
-            Property::ListUChar(list) => list.into_iter().map(f64::from).collect(),
-            Property::ListShort(list) => list.into_iter().map(f64::from).collect(),
-            Property::ListUShort(list) => list.into_iter().map(f64::from).collect(),
-            Property::ListInt(list) => list.into_iter().map(f64::from).collect(),
-            Property::ListUInt(list) => list.into_iter().map(f64::from).collect(),
-            Property::ListFloat(list) => list.into_iter().map(f64::from).collect(),
-            Property::ListDouble(list) => list,
-            _ => return PropertyAccessResult::UnsupportedType,
-        };
-        PropertyAccessResult::Set
-    }
-}
 
 /// An element of no concern (edges, materials...), read to get past it.
 struct Passed;
@@ -104,7 +30,7 @@ impl PropertyAccess for Passed {
 }
 
 /// Reads a PLY file's `vertex` and `face` elements.
-pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Surface> {
+pub(super) fn read(file: &str, bytes: &[u8], look: bool) -> Result<Surface> {
     let bytes = without_mark(bytes);
     let mut reader = Reader::new(bytes);
     let header = Parser::<Passed>::new()
@@ -134,7 +60,7 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Surface> {
         let problem = format!("has {left} bytes more than its header announces");
         return Err(SceneError::new(file, problem, MEND).at("header"));
     }
-    surface(file, &header, &vertices, &faces)
+    surface(file, &header, &vertices, &faces, look)
 }
 
 fn text_element(
@@ -144,7 +70,8 @@ fn text_element(
     faces: &mut Vec<Face>,
 ) -> std::result::Result<(), String> {
     let names: Vec<&str> = element.properties.keys().map(String::as_str).collect();
-    let is_corners: Vec<bool> = names.iter().map(|name| CORNERS.contains(name)).collect();
+    let is_any = |of: &'static [&str]| names.iter().map(|name| of.contains(name)).collect::<Vec<bool>>();
+    let (is_corners, is_wedges) = (is_any(&CORNERS), is_any(&WEDGES));
     for _ in 0..element.count {
         match element.name.as_str() {
             "vertex" => {
@@ -157,13 +84,15 @@ fn text_element(
                 vertices.push(vertex);
             }
             "face" => {
-                let mut corners = Vec::with_capacity(3);
+                let mut face = Face { corners: Vec::with_capacity(3), wedges: Vec::new() };
                 lines.element(element, |property, value| {
                     if is_corners.get(property) == Some(&true) {
-                        corners.push(value);
+                        face.corners.push(value);
+                    } else if is_wedges.get(property) == Some(&true) {
+                        face.wedges.push(value);
                     }
                 })?;
-                faces.push(Face(corners));
+                faces.push(face);
             }
             _ => lines.element(element, |_, _| ())?,
         }
@@ -187,7 +116,7 @@ fn binary_element(
 }
 
 #[allow(clippy::cast_possible_truncation)]
-fn surface(file: &str, header: &Header, vertices: &[Vertex], faces: &[Face]) -> Result<Surface> {
+fn surface(file: &str, header: &Header, vertices: &[Vertex], faces: &[Face], look: bool) -> Result<Surface> {
     let properties = |element: &str| header.elements.get(element).map(|element| &element.properties);
     let has = |element: &str, name: &str| properties(element).is_some_and(|all| all.contains_key(name));
     let positions: Vec<[f64; 3]> = vertices.iter().map(|vertex| vertex.position).collect();
@@ -200,6 +129,10 @@ fn surface(file: &str, header: &Header, vertices: &[Vertex], faces: &[Face]) -> 
         corners(face)
             .and_then(|corners| splitter.split(&positions, &corners, &mut triangles))
             .map_err(|problem| SceneError::new(file, problem, MEND).at(format!("face {number}")))?;
+    }
+    if look {
+        let plain = Surface { positions, normals, triangles, ..Surface::default() };
+        return look::add(file, header, vertices, faces, plain);
     }
     let mut remarks = Vec::new();
     for (what, names) in
@@ -214,7 +147,7 @@ fn surface(file: &str, header: &Header, vertices: &[Vertex], faces: &[Face]) -> 
             remarks.push(format!("has {what}, which are not used"));
         }
     }
-    Ok(Surface { positions, normals, triangles, remarks })
+    Ok(Surface { positions, normals, triangles, remarks, look: None })
 }
 
 /// Checks all that can be known before the payload is read: above all that the announced counts fit into the file, so
@@ -279,11 +212,11 @@ fn size(scalar: &ScalarType) -> usize {
     }
 }
 
-fn corners(Face(corners): &Face) -> std::result::Result<Vec<u32>, String> {
-    match corners.len() {
+fn corners(face: &Face) -> std::result::Result<Vec<u32>, String> {
+    match face.corners.len() {
         0 => Err("has no corners".to_owned()),
-        1 | 2 => Err(format!("has {} corners, a face needs three", corners.len())),
-        _ => corners.iter().map(|corner| vertex_index(*corner)).collect(),
+        1 | 2 => Err(format!("has {} corners, a face needs three", face.corners.len())),
+        _ => face.corners.iter().map(|corner| vertex_index(*corner)).collect(),
     }
 }
 

@@ -59,7 +59,7 @@ impl Layered {
                     let second = through.base(out.color) * (through.transmittance(wo.z) * back.transmittance(wi.z));
                     value = value.lerp(second, recipe.second_lobe_weight);
                 }
-                value * (1.0 - recipe.metallic)
+                value * (1.0 - out.metallic)
             }
             (Core::Conductor, ..) => return Vec3::ZERO,
             _ => out.color * FRAC_1_PI,

@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use super::super::microfacet::Ggx;
 use super::super::plastic::{self, Tables};
+use super::recipe::Spread;
 
 /// Largest step of the ladder. Values between rungs are right to 1e-3, at grazing angles.
 const RUNG: f32 = 0.025;
@@ -43,11 +44,18 @@ pub struct Through<'a> {
 }
 
 impl Ladder {
-    /// A ladder through `roughness`, and up and down from it by the factor `spread`, where there is one.
-    pub fn new(roughness: f32, spread: Option<f32>, ior: f32, energy_compensation: bool, built: &mut Built) -> Self {
+    /// A ladder through `roughness`, and up and down from it as far as `spread` says, where it does.
+    pub fn new(roughness: f32, spread: Option<Spread>, ior: f32, energy_compensation: bool, built: &mut Built) -> Self {
         let mut at = |r: f32| (r, built.get(r, ior, energy_compensation));
+        if let Some(Spread::Below(factor)) = spread {
+            // At the same roughnesses for every material: what lies between them is one function, whose difference
+            // between two materials is its slope.
+            let steps = ((roughness * factor).min(1.0) / RUNG).ceil().max(1.0);
+            let rungs = (0..=steps as u32).map(|i| at((i as f32 * RUNG).min(1.0))).collect();
+            return Self { rungs, ior };
+        }
         let mut rungs = vec![at(roughness)];
-        if let Some(spread) = spread {
+        if let Some(Spread::By(spread)) = spread {
             for end in [roughness / spread, (roughness * spread).min(1.0)] {
                 let steps = ((end - roughness).abs() / RUNG).ceil();
                 rungs.extend((1..=steps as u32).map(|i| at(roughness + (end - roughness) * (i as f32 / steps))));

@@ -35,7 +35,7 @@ use super::microfacet::{Ggx, HalfVector};
 use super::{Evaluation, above_horizon, warp};
 
 pub use boundary::Built;
-pub use recipe::{Core, Recipe, Site};
+pub use recipe::{Core, Recipe, Site, Spread};
 
 /// A layered surface, its tables built.
 ///
@@ -57,6 +57,7 @@ pub struct Layered {
 struct Place<'a> {
     surface: &'a Layered,
     color: Vec3,
+    metallic: f32,
     first: Facets,
     second: Facets,
     through: Option<Through<'a>>,
@@ -151,6 +152,7 @@ impl Layered {
         Place {
             surface: self,
             color: (recipe.base_color * site.albedo).min(Vec3::ONE),
+            metallic: recipe.metallic * site.metallic,
             first: facets(Ggx::new(roughness)),
             second: facets(self.second),
             through: self.boundaries.as_ref().and_then(|b| b.0.at(roughness)),
@@ -196,7 +198,7 @@ impl Place<'_> {
                     plastic = plastic * (1.0 - weight) + (diffuse(other) + second.value * reflectance) * weight;
                 }
                 let metal = schlick(self.color, half.cos_d) * first.value;
-                plastic * (1.0 - recipe.metallic) + metal * recipe.metallic
+                plastic * (1.0 - self.metallic) + metal * self.metallic
             }
             (Core::Conductor, _) => first.value * self.surface.index.reflectance(half.cos_d),
             _ if DIFFUSE => self.color * (FRAC_1_PI * wi.z * rough),
@@ -224,7 +226,7 @@ impl Place<'_> {
         let mut shares = [None; LOBES];
         match (&recipe.core, &self.through) {
             (Core::Plastic { .. }, Some(through)) => {
-                let (metal, weight) = (recipe.metallic, recipe.second_lobe_weight);
+                let (metal, weight) = (self.metallic, recipe.second_lobe_weight);
                 let share = |t: &Through<'_>, weight: f32| {
                     let passed = t.transmittance(wo.z);
                     let part = weight * (1.0 - metal);

@@ -41,18 +41,28 @@ pub struct Recipe {
     pub anisotropy_rotation: f32,
     pub sheen_color: Vec3,
     pub sheen_roughness: f32,
-    /// The largest factor by which a place's roughness is above or below `roughness`, at least 1; `None` where it has the
-    /// same everywhere.
-    pub roughness_spread: Option<f32>,
+    /// How far a place's roughness may be from `roughness`; `None` where it has the same everywhere.
+    pub roughness_spread: Option<Spread>,
+}
+
+/// The range of roughness over a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spread {
+    /// By at most this factor, at least 1, above and below.
+    By(f32),
+    /// From 0 to this factor times the material's.
+    Below(f32),
 }
 
 /// What a place on a surface changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
-    /// Factor on `base_color`, above 0; the product counts as 1 where it is more.
-    pub albedo: f32,
-    /// Factor on `roughness`, above 0; the product counts as 1 where it is more.
+    /// Factors on `base_color`, at least 0; the product counts as 1 where it is more.
+    pub albedo: Vec3,
+    /// Factor on `roughness`, at least 0; the product counts as 1 where it is more.
     pub roughness: f32,
+    /// Factor on `metallic`, 0 to 1.
+    pub metallic: f32,
     /// The direction whose cross product with the normal is the tangent, in the shading frame.
     pub axis: Vec3,
 }
@@ -87,6 +97,6 @@ impl Recipe {
 impl Default for Site {
     /// A place like any other, with its tangent along -y.
     fn default() -> Self {
-        Self { albedo: 1.0, roughness: 1.0, axis: Vec3::X }
+        Self { albedo: Vec3::ONE, roughness: 1.0, metallic: 1.0, axis: Vec3::X }
     }
 }

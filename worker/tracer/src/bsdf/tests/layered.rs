@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::super::layered::{Built, Core, Layered, Recipe, Site};
+use super::super::layered::{Built, Core, Layered, Recipe, Site, Spread};
 use super::super::{Bsdf, Conductor, Lambert, Plastic};
 use super::{GOLD_ETA, GOLD_K, Random, chi_square, direction, integrate_lobe, integrate_smooth};
 
@@ -59,7 +59,7 @@ fn without_effects_it_is_the_plain_model() {
         let plain = Bsdf::Plastic(Plastic::new(color, 0.5, 1.5, energy_compensation).unwrap());
         let recipe = Recipe::plain(Core::Plastic { energy_compensation });
         pairs.push((recipe, plain.clone()));
-        pairs.push((Recipe { roughness_spread: Some(1.5), ..recipe }, plain));
+        pairs.push((Recipe { roughness_spread: Some(Spread::By(1.5)), ..recipe }, plain));
     }
     let mut random = Random(12);
     for (recipe, plain) in pairs {
@@ -77,12 +77,12 @@ fn without_effects_it_is_the_plain_model() {
 #[test]
 fn a_place_is_the_surface_that_it_would_be_everywhere() {
     let base = Recipe { base_color: Vec3::new(0.6, 0.4, 0.1), ..Recipe::plain(PLASTIC) };
-    let varied = build(Recipe { roughness: 0.5, roughness_spread: Some(1.6), ..base });
+    let varied = build(Recipe { roughness: 0.5, roughness_spread: Some(Spread::By(1.6)), ..base });
     let mut random = Random(13);
     for (factor, albedo) in [(0.7, 1.2), (1.0, 0.5), (1.13, 2.0), (1.5, 1.0)] {
         let there =
             build(Recipe { roughness: 0.5 * factor, base_color: (base.base_color * albedo).min(Vec3::ONE), ..base });
-        let site = Site { albedo, roughness: factor, ..Site::default() };
+        let site = Site { albedo: Vec3::splat(albedo), roughness: factor, ..Site::default() };
         for _ in 0..300 {
             let (wo, wi) = (random.direction(), random.direction());
             let ours = varied.evaluate(&site, wo, wi).value;

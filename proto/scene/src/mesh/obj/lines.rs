@@ -1,71 +1,9 @@
-//! OBJ: Wavefront text files.
+//! The lines of an OBJ file, as the library can read them.
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, Read, Result as IoResult};
-use std::path::Path;
 
-use tobj::{LoadError, LoadOptions};
-
-use super::Surface;
-use super::number::{number, without_mark};
-use super::polygon::Splitter;
-use crate::decoder::one_line;
-use crate::error::{Result, SceneError};
-
-const MEND: &str = "export the mesh again, as OBJ or PLY";
-
-/// Reads an OBJ file's vertices, normals and faces; a vertex is split where its corners have different normals. Everything
-/// else in the file (materials, groups, lines, points...) is passed over, and what would have shown is remarked.
-pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Surface> {
-    let mut geometry = Geometry { rest: without_mark(bytes), ..Geometry::default() };
-    let options = LoadOptions { triangulate: false, single_index: true, ..LoadOptions::default() };
-    let no_materials = |_: &Path| Err(LoadError::OpenFileFailed);
-    let (models, _) = tobj::load_obj_buf(&mut geometry, &options, no_materials).map_err(|error| {
-        let broken = SceneError::new(file, one_line(&error), MEND);
-        match error {
-            // Found when all lines are read: no line to name.
-            LoadError::FaceVertexOutOfBounds | LoadError::FaceNormalOutOfBounds => broken.at("face"),
-            _ => broken.at(format!("line {}", geometry.number)),
-        }
-    })?;
-
-    // Without groups and materials there is one model, or none.
-    let mesh = models.into_iter().next().map(|model| model.mesh).unwrap_or_default();
-    let positions = mesh.positions.as_chunks().0.to_vec();
-    #[allow(clippy::cast_possible_truncation)]
-    let narrow = |normal: &[f64; 3]| normal.map(|value| value as f32);
-    let normals: Vec<_> = mesh.normals.as_chunks().0.iter().map(narrow).collect();
-    if !normals.is_empty() && normals.len() != positions.len() {
-        return Err(SceneError::new(
-            file,
-            "has faces with normals and faces without",
-            "export normals for every face, or for none to use face normals",
-        )
-        .at("vn"));
-    }
-    let normals = (!normals.is_empty()).then_some(normals);
-    let triangles = triangles(&positions, &mesh.indices, &mesh.face_arities)
-        .map_err(|(face, problem)| SceneError::new(file, problem, MEND).at(format!("face {face}")))?;
-    Ok(Surface { positions, normals, triangles, remarks: geometry.remarks() })
-}
-
-/// `arities` is empty where every face is a triangle. The error is a face, counted from 0, and what is wrong with it.
-fn triangles(
-    positions: &[[f64; 3]],
-    indices: &[u32],
-    arities: &[u32],
-) -> std::result::Result<Vec<[u32; 3]>, (usize, String)> {
-    if arities.is_empty() {
-        return Ok(indices.as_chunks().0.to_vec());
-    }
-    let (mut splitter, mut triangles, mut rest) = (Splitter::new(), Vec::with_capacity(indices.len() / 2), indices);
-    for (face, &arity) in arities.iter().enumerate() {
-        let (corners, others) = rest.split_at_checked(arity as usize).unwrap_or((rest, &[]));
-        splitter.split(positions, corners, &mut triangles).map_err(|problem| (face, problem))?;
-        rest = others;
-    }
-    Ok(triangles)
-}
+use super::super::number::number;
 
 /// The lines of an OBJ file that shape its surface, one buffer each.
 ///
@@ -73,18 +11,33 @@ fn triangles(
 /// the next one and at a number of an old C library, and split a mesh at every group; and it does not tell in which line
 /// it found an error, which the number here does.
 #[derive(Default)]
-struct Geometry<'a> {
+pub(super) struct Geometry<'a> {
     rest: &'a [u8],
     statement: Vec<u8>,
     read: usize,
-    number: usize,
+    /// Of the last line that was read, from 1.
+    pub number: usize,
+    /// Whether texture coordinates and materials are wanted.
+    look: bool,
     materials: BTreeSet<&'a [u8]>,
     parts: BTreeSet<&'a [u8]>,
     colours: bool,
     textures: bool,
+    /// The libraries of materials that it names.
+    pub libraries: Vec<&'a [u8]>,
+    /// Materials in the order in which they are first used; the first has no name.
+    pub groups: Vec<&'a [u8]>,
+    /// Index of the material that counts.
+    group: u32,
+    /// By face: index of its material.
+    pub group_of: Vec<u32>,
 }
 
 impl<'a> Geometry<'a> {
+    pub fn new(bytes: &'a [u8], look: bool) -> Self {
+        Self { rest: bytes, look, groups: vec![b""], ..Self::default() }
+    }
+
     fn line(&mut self) -> &'a [u8] {
         let end = self.rest.iter().position(|&byte| byte == b'\n').map_or(self.rest.len(), |newline| newline + 1);
         let (line, rest) = self.rest.split_at(end);
@@ -100,11 +53,14 @@ impl<'a> Geometry<'a> {
         let keyword = line.split(u8::is_ascii_whitespace).next().unwrap_or_default();
         let named = line.get(keyword.len()..).unwrap_or_default().trim_ascii();
         match keyword {
+            b"f" if self.look => self.group_of.push(self.group),
             b"v" | b"vn" | b"f" => {}
+            b"vt" if self.look => {}
             // A polyline's further lines belong to it, too.
             _ => {
                 match keyword {
-                    b"usemtl" => _ = self.materials.insert(named),
+                    b"usemtl" => self.use_material(named),
+                    b"mtllib" => self.libraries.push(named),
                     b"o" | b"g" => _ = self.parts.insert(named),
                     b"vt" => self.textures = true,
                     _ => {}
@@ -134,6 +90,18 @@ impl<'a> Geometry<'a> {
         self.statement.push(b'\n');
     }
 
+    fn use_material(&mut self, name: &'a [u8]) {
+        self.materials.insert(name);
+        if self.look {
+            let known = self.groups.iter().position(|group| *group == name);
+            let index = known.unwrap_or_else(|| {
+                self.groups.push(name);
+                self.groups.len() - 1
+            });
+            self.group = u32::try_from(index).unwrap_or(u32::MAX);
+        }
+    }
+
     /// Writes the numbers that only [`number`] can read as the library reads them.
     fn plain_numbers(&mut self) {
         let foreign = |word: &&[u8]| std::str::from_utf8(word).is_ok_and(|text| text.parse::<f64>().is_err());
@@ -148,7 +116,7 @@ impl<'a> Geometry<'a> {
         self.statement = words().map(plain).collect::<Vec<_>>().join(&b' ');
     }
 
-    fn remarks(&self) -> Vec<String> {
+    pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         if self.parts.len() > 1 {
             remarks.push(format!("has {} groups or objects, which become one", self.parts.len()));

@@ -4,6 +4,7 @@ mod prepare;
 
 pub use prepare::{CompositeArguments, HdrArguments, MatteArguments, PlanArguments, camera, colour};
 
+use crate::failure::Failure;
 use crate::watch::WatchArguments;
 use clap::{Args, Parser, Subcommand};
 use gonio_fit::SolverName;
@@ -124,6 +125,17 @@ pub struct RenderArguments {
     /// Folder to write <photo name>.exr to; created if need be
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// What to render.
+    #[command(flatten)]
+    pub options: RenderOptions,
+    /// Where to render.
+    #[command(flatten)]
+    pub farm: FarmArguments,
+}
+
+/// What is rendered of a capture.
+#[derive(Debug, Args)]
+pub struct RenderOptions {
     /// Samples per pixel; even, because half of them go to each of two independent halves
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = samples)]
     pub samples: u32,
@@ -136,9 +148,6 @@ pub struct RenderArguments {
     /// Names of the photos to render, such as 00,03; all of them where absent
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub photos: Vec<String>,
-    /// Where to render.
-    #[command(flatten)]
-    pub farm: FarmArguments,
 }
 
 /// `gonio fit`.
@@ -149,6 +158,26 @@ pub struct FitArguments {
     /// Folder to write capture.toml, fit.json, report.html and checkpoint.json to; created if need be
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// How to fit.
+    #[command(flatten)]
+    pub options: FitOptions,
+    /// Also write residual-NAME.exr for every photo, at full size: photo minus render, in photo values
+    #[arg(long)]
+    pub residuals: bool,
+    /// Continue from checkpoint.json in DIR, with the same capture, start, solver and seed
+    #[arg(long, conflicts_with = "accuracy")]
+    pub resume: bool,
+    /// What to serve meanwhile.
+    #[command(flatten)]
+    pub watch: WatchArguments,
+    /// Where to render.
+    #[command(flatten)]
+    pub farm: FarmArguments,
+}
+
+/// How a capture is fitted.
+#[derive(Debug, Args)]
+pub struct FitOptions {
     /// Optimiser: gauss-newton, nelder-mead, l-bfgs or particle-swarm
     #[arg(long, value_name = "NAME", default_value_t = SolverName::default())]
     pub solver: SolverName,
@@ -161,11 +190,8 @@ pub struct FitArguments {
     pub pixels: Pixels,
     /// Relative standard error wanted of every freed number, such as 0.002: begins with few pixels and takes as many as that needs,
     /// unless what photos disagree about allows no better
-    #[arg(long, value_name = "R", conflicts_with_all = ["resume", "pixels"], value_parser = relative)]
+    #[arg(long, value_name = "R", conflicts_with = "pixels", value_parser = relative)]
     pub accuracy: Option<f64>,
-    /// Also write residual-NAME.exr for every photo, at full size: photo minus render, in photo values
-    #[arg(long)]
-    pub residuals: bool,
     /// Seed of every random number
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
@@ -181,15 +207,6 @@ pub struct FitArguments {
     /// Most iterations; absent, as many as the solver usually needs
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_iterations: Option<u32>,
-    /// Continue from checkpoint.json in DIR, with the same capture, start, solver and seed
-    #[arg(long)]
-    pub resume: bool,
-    /// What to serve meanwhile.
-    #[command(flatten)]
-    pub watch: WatchArguments,
-    /// Where to render.
-    #[command(flatten)]
-    pub farm: FarmArguments,
 }
 
 /// `gonio diagnose`.
@@ -205,6 +222,20 @@ pub struct DiagnoseArguments {
     /// it would need to know
     #[arg(long, value_name = "FILE", conflicts_with_all = ["capture", "out", "samples", "seed", "without", "watch", "farm"])]
     pub evidence: Option<PathBuf>,
+    /// What to look for.
+    #[command(flatten)]
+    pub options: DiagnoseOptions,
+    /// What to serve meanwhile.
+    #[command(flatten)]
+    pub watch: WatchArguments,
+    /// Where to render.
+    #[command(flatten)]
+    pub farm: FarmArguments,
+}
+
+/// What a diagnosis looks for.
+#[derive(Debug, Args)]
+pub struct DiagnoseOptions {
     /// A TOML file with numbers of the policy that are to differ from the defaults, such as `accident = 0.1`
     #[arg(long, value_name = "FILE")]
     pub policy: Option<PathBuf>,
@@ -223,12 +254,6 @@ pub struct DiagnoseArguments {
     /// Effects to leave out of the catalogue, such as defocus,bumps
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub without: Vec<String>,
-    /// What to serve meanwhile.
-    #[command(flatten)]
-    pub watch: WatchArguments,
-    /// Where to render.
-    #[command(flatten)]
-    pub farm: FarmArguments,
 }
 
 /// `gonio sweep`.
@@ -240,13 +265,9 @@ pub struct SweepArguments {
     /// Folder, or s3://BUCKET/PREFIX, to write frames and tables to; frames that are there already are not rendered again
     #[arg(long, value_name = "DIR|URL")]
     pub out: String,
-    /// Render as if an effect that a diagnosis found were not there: its numbers at their nulls (needs --diagnosis); may be repeated.
-    /// `gonio predict --contrast` then tells what the effect changes
-    #[arg(long, value_name = "EFFECT", requires = "diagnosis")]
-    pub without: Vec<String>,
-    /// The diagnosis.json that found the effects of --without
-    #[arg(long, value_name = "FILE", requires = "without")]
-    pub diagnosis: Option<PathBuf>,
+    /// What to render.
+    #[command(flatten)]
+    pub options: SweepOptions,
     /// What to write besides the frames: nothing, or a dataset in the layout of the BOP benchmark (needs [[model]] and the output
     /// "rgb" in the sweep's file)
     #[arg(long, value_enum, default_value = "frames")]
@@ -254,15 +275,27 @@ pub struct SweepArguments {
     /// Say how many frames there are, how large, and for about how long they render; write nothing
     #[arg(long)]
     pub dry_run: bool,
-    /// Evaluations under way at once, for a farm of many machines twice its threads; absent, 16, or fewer of large frames
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub in_flight: Option<u16>,
     /// What to serve meanwhile.
     #[command(flatten)]
     pub watch: WatchArguments,
     /// Where to render.
     #[command(flatten)]
     pub farm: FarmArguments,
+}
+
+/// What a sweep renders, and how much at a time.
+#[derive(Debug, Args)]
+pub struct SweepOptions {
+    /// Render as if an effect that a diagnosis found were not there: its numbers at their nulls (needs --diagnosis); may be repeated.
+    /// `gonio predict --contrast` then tells what the effect changes
+    #[arg(long, value_name = "EFFECT", requires = "diagnosis")]
+    pub without: Vec<String>,
+    /// The diagnosis.json that found the effects of --without
+    #[arg(long, value_name = "FILE", requires = "without")]
+    pub diagnosis: Option<PathBuf>,
+    /// Evaluations under way at once, for a farm of many machines twice its threads; absent, 16, or fewer of large frames
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub in_flight: Option<u16>,
 }
 
 /// What a sweep writes.
@@ -309,6 +342,21 @@ pub struct ClientArguments {
     /// Which farm.
     #[command(flatten)]
     pub farm: JobsArguments,
+}
+
+/// Reads `words` as the options of a command would be read, such as `["--samples", "16"]`, the environment included.
+///
+/// # Errors
+/// A word that is no option of these, or a value that is out of its range, in the command line's own words.
+pub fn parse<A: Args>(words: &[String]) -> Result<A, Failure> {
+    // The whole text ends with hints at a usage that nobody sees here.
+    let refuse = |error: &clap::Error| {
+        let text = error.to_string();
+        Failure::Input(text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned())
+    };
+    let command = A::augment_args(clap::Command::new("gonio").no_binary_name(true));
+    let matches = command.try_get_matches_from(words).map_err(|error| refuse(&error))?;
+    A::from_arg_matches(&matches).map_err(|error| refuse(&error))
 }
 
 fn samples(text: &str) -> Result<u32, String> {
@@ -368,6 +416,19 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn options_alone_are_read_as_in_a_command() {
+        let words = |words: &[&str]| words.iter().map(|&word| word.to_owned()).collect::<Vec<_>>();
+        let fit: FitOptions = parse(&words(&["--samples", "16", "--start", "a.b=2", "--pixels", "5000"])).unwrap();
+        assert_eq!((fit.samples, fit.pixels, fit.start), (16, Pixels::Some(5000), vec![("a.b".to_owned(), 2.0)]));
+        let refused = |bad: &[&str]| parse::<FitOptions>(&words(bad)).unwrap_err().to_string();
+        let text = refused(&["--samples", "7"]);
+        assert!(text.starts_with("invalid value '7' for '--samples <MAX>': write an even number"), "{text}");
+        assert!(!text.contains('\n'), "{text}");
+        assert!(refused(&["--pixels", "all", "--accuracy", "0.1"]).contains("--accuracy"), "both at once");
+        assert!(refused(&["--out", "x"]).contains("--out"));
     }
 
     #[test]

@@ -1,11 +1,10 @@
 //! Why a command did not do what was asked, and the exit code that says so.
 
+use crate::farm::FarmError;
 use crate::output::tell_error;
-use gonio::farm::FarmError;
 use gonio_diagnose::DiagnoseError;
 use gonio_fit::{EvaluateError, FitError};
 use gonio_scene::SceneError;
-use std::process::ExitCode;
 
 /// A command's failure; the text is one line that says what to mend.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -23,6 +22,7 @@ pub enum Failure {
 
 impl Failure {
     /// The number that the process returns.
+    #[must_use]
     pub fn code(&self) -> u8 {
         match self {
             Self::Failed(_) => 1,
@@ -31,8 +31,8 @@ impl Failure {
         }
     }
 
-    /// Writes the failure to stderr, as one line of text or of JSON.
-    pub fn tell(&self, json: bool) -> ExitCode {
+    /// Writes the failure to stderr, as one line of text or of JSON, and gives the exit code.
+    pub(crate) fn tell(&self, json: bool) -> u8 {
         if json {
             let event = serde_json::json!({ "event": "error", "exit_code": self.code(), "message": self.to_string() });
             tell_error(&event.to_string());
@@ -41,7 +41,7 @@ impl Failure {
         } else {
             tell_error(&format!("error: {self}"));
         }
-        ExitCode::from(self.code())
+        self.code()
     }
 }
 

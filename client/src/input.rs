@@ -1,19 +1,27 @@
 //! The capture that a command works on.
 
 use crate::failure::Failure;
+use crate::output::Output;
+use crate::relocate::relocate;
+use gonio_diagnose::{AddedFile, Overlay};
 use gonio_scene::capture::CAPTURE_FILE;
-use gonio_scene::files::DirectoryFiles;
+use gonio_scene::files::{DirectoryFiles, Files};
 use gonio_scene::{Capture, SceneError};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// A capture on disk.
+/// A capture and its files: those on disk, and what stands for or beside them in memory.
+#[derive(Debug, Clone)]
 pub struct Input {
     /// Its folder.
     pub root: PathBuf,
-    /// Its files.
+    /// Its files as they lie on disk.
     pub files: DirectoryFiles,
-    /// What its `capture.toml` says.
+    /// What its `capture.toml` says, or what has been made of that.
     pub capture: Capture,
+    /// Files that are in memory alone, such as the meshes that a diagnosis adds. A `capture.toml` among them stands for the one on
+    /// disk.
+    pub added: Vec<AddedFile>,
 }
 
 impl Input {
@@ -37,7 +45,61 @@ impl Input {
         let root = folder(path)?;
         let files = DirectoryFiles::new(&root);
         let capture = read(&files)?;
-        Ok(Self { root, files, capture })
+        Ok(Self { root, files, capture, added: Vec::new() })
+    }
+
+    /// The same files with another `capture`, of which a farm is sent that instead of the file on disk; `added` come with it.
+    ///
+    /// # Errors
+    /// A capture that cannot be written as text.
+    pub fn with(&self, capture: Capture, added: &[AddedFile]) -> Result<Self, Failure> {
+        let text: Arc<[u8]> = capture.to_toml()?.into_bytes().into();
+        let mut all = vec![(CAPTURE_FILE.to_owned(), text)];
+        let old = self.added.iter().filter(|(path, _)| path != CAPTURE_FILE);
+        all.extend(added.iter().cloned());
+        all.extend(old.filter(|(path, _)| !added.iter().any(|(new, _)| new == path)).cloned());
+        Ok(Self { root: self.root.clone(), files: self.files.clone(), capture, added: all })
+    }
+
+    /// Writes the capture to the folder `to`, made where it is missing: its `capture.toml`, which leads to the files where they lie,
+    /// and those that are in memory alone.
+    ///
+    /// # Errors
+    /// A folder that cannot be written to, or that is the capture's own.
+    pub fn save(&self, to: &Path) -> Result<(), Failure> {
+        self.write(&Output::create(to, &[CAPTURE_FILE.to_owned()], &self.root, &self.capture)?)
+    }
+
+    /// Whether the file `path` is in memory alone.
+    pub(crate) fn holds(&self, path: &str) -> bool {
+        self.added.iter().any(|(added, _)| added == path)
+    }
+
+    /// Writes the capture to the folder `to`, which exists, so that it can be used from there: the files on disk stay where they are,
+    /// those in memory are written beside it.
+    ///
+    /// # Errors
+    /// A folder that is missing or cannot be written to.
+    pub(crate) fn write(&self, to: &Output) -> Result<(), Failure> {
+        let mut here = self.capture.clone();
+        relocate(&mut here, &self.root, to.dir())?;
+        for (path, bytes) in self.added.iter().filter(|(path, _)| path != CAPTURE_FILE) {
+            to.write(path, bytes)?;
+            // These lie beside the capture that is written, not beside the one that was read.
+            for (object, moved) in self.capture.objects.iter().zip(&mut here.objects) {
+                if object.mesh == *path {
+                    moved.mesh.clone_from(path);
+                }
+            }
+        }
+        to.write(CAPTURE_FILE, here.to_toml()?.as_bytes())?;
+        Ok(())
+    }
+}
+
+impl Files for Input {
+    fn read(&self, path: &str) -> gonio_scene::Result<Arc<[u8]>> {
+        Overlay { files: &self.files, added: &self.added }.read(path)
     }
 }
 

@@ -6,8 +6,9 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether somebody wants the process to stop: SIGINT, or SIGTERM where there is one.
-#[derive(Debug, Clone)]
+/// Whether somebody wants the work to stop. [`Interrupt::listen`] makes it that of the whole process: SIGINT, or SIGTERM where there
+/// is one. The default one hears no signal, and is asked by [`Interrupt::ask`] alone.
+#[derive(Debug, Clone, Default)]
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
@@ -43,11 +44,13 @@ impl Interrupt {
     }
 
     /// Whether a signal has come, or [`Interrupt::ask`] was called.
+    #[must_use]
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 
     /// What a watcher of an evaluation returns.
+    #[must_use]
     pub fn flow(&self) -> ControlFlow<()> {
         if self.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }

@@ -39,11 +39,11 @@ pub struct EvaluateArguments {
     pub json: bool,
 }
 
-/// Reads, evaluates, writes and tells.
+/// Reads, evaluates, and writes where the arguments name a folder.
 ///
 /// # Errors
 /// A dataset, targets or estimates that are missing or bad; a folder that cannot be written to.
-pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
+pub fn evaluate(arguments: &EvaluateArguments) -> Result<Evaluation, Failure> {
     let dataset = Dataset::open(&arguments.dataset, arguments.split.as_deref())?;
     let models = dataset.models(ModelsFolder::Evaluation)?;
     let targets = targets(&dataset, arguments.targets.as_deref())?;
@@ -62,6 +62,15 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
             draw(&folder.join("overlay"), &dataset, &models, &targets, &estimates)?;
         }
     }
+    Ok(evaluation)
+}
+
+/// Evaluates and tells.
+///
+/// # Errors
+/// As [`evaluate()`].
+pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
+    let evaluation = evaluate(arguments)?;
     if arguments.json {
         tell(&to_json(&evaluation)?);
     } else {

@@ -8,7 +8,7 @@ use clap::Args;
 use gonio_export::{Entry, ExportError, Format, RECORD_FILE, Record, export};
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// `gonio export`.
 #[derive(Debug, Args)]
@@ -26,15 +26,14 @@ pub struct ExportArguments {
     pub json: bool,
 }
 
-/// Reads, converts, writes and tells.
+/// Converts and writes: the files below the folder `out`; gives what became of every number.
 ///
 /// # Errors
 /// A broken capture, one without photos or objects, a folder that cannot be written to.
-pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
-    let input = Input::open(&arguments.capture)?;
-    let export = export(&input.capture, &input.files, arguments.to)?;
+pub fn write(input: &Input, format: Format, out: &Path) -> Result<Record, Failure> {
+    let export = export(&input.capture, input, format)?;
     let names: Vec<String> = export.files.keys().cloned().collect();
-    let folder = Output::create(&arguments.out, &names, &input.root, &input.capture)?;
+    let folder = Output::create(out, &names, &input.root, &input.capture)?;
     for (name, bytes) in &export.files {
         if let Some((inside, _)) = name.rsplit_once('/') {
             let inside = folder.path(inside);
@@ -43,12 +42,22 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         }
         folder.write(name, bytes)?;
     }
+    Ok(export.record)
+}
+
+/// Reads, converts, writes and tells.
+///
+/// # Errors
+/// As [`write()`].
+pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
+    let record = write(&Input::open(&arguments.capture)?, arguments.to, &arguments.out)?;
     if arguments.json {
-        tell(&to_json(&export.record)?);
+        tell(&to_json(&record)?);
     } else {
-        tell(table(&export.record).trim_end());
-        let (files, dir) = (plural(names.len(), "file"), folder.dir().display());
-        tell(&format!("exported {} for {} to {dir}: {files}", export.record.capture, arguments.to));
+        tell(table(&record).trim_end());
+        // The record names the others.
+        let (files, dir) = (plural(record.files.len() + 1, "file"), arguments.out.display());
+        tell(&format!("exported {} for {} to {dir}: {files}", record.capture, arguments.to));
     }
     Ok(())
 }

@@ -2,9 +2,9 @@
 
 use crate::arguments::{ClientArguments, JobsArguments};
 use crate::failure::Failure;
+use crate::farm::{Farm, Job, Jobs};
 use crate::interrupt::Interrupt;
 use crate::output::{tell, to_json};
-use gonio::farm::{Farm, Job, Jobs};
 use gonio_proto::convert::request::Class;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -20,26 +20,35 @@ pub mod sweep;
 
 use crate::arguments::FarmArguments;
 use crate::failure::Failure;
+use crate::farm::{Farm, OpenCapture};
 use crate::input::Input;
-use gonio::farm::{Farm, OpenCapture};
+use crate::program::words;
 use gonio_scene::Capture;
 
 /// Opens the capture on the farm that the arguments name: embedded, or behind a URL.
 fn open(arguments: &FarmArguments, input: &Input) -> Result<OpenCapture, Failure> {
-    Ok(farm(arguments)?.open_folder(&input.files)?)
+    Ok(farm(arguments)?.open_input(input)?)
 }
 
-/// The farm that the arguments name.
+/// The farm that the arguments name, for the command of this process.
 fn farm(arguments: &FarmArguments) -> Result<Farm, Failure> {
+    farm_for(arguments, words().get(1).map_or("", String::as_str))
+}
+
+/// The farm that the arguments name, whose list of jobs calls this client by `what` it does.
+///
+/// # Errors
+/// Threads that cannot be started; a farm that cannot be reached, or refuses.
+pub fn farm_for(arguments: &FarmArguments, what: &str) -> Result<Farm, Failure> {
     Ok(match &arguments.farm {
         None => Farm::embedded(arguments.threads)?,
-        Some(url) => Farm::connect_by(url, &arguments.access)?.named(&std::env::args().nth(1).unwrap_or_default()),
+        Some(url) => Farm::connect_by(url, &arguments.access)?.named(what),
     })
 }
 
 /// The command that was given, for reports.
 fn command() -> String {
-    std::env::args().map(|word| quoted(&word)).collect::<Vec<_>>().join(" ")
+    words().iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 
 /// A word of the command as a shell reads it.

@@ -1,8 +1,9 @@
 //! `gonio render`: films, and first-hit buffers, as OpenEXR.
 
-use super::{batches, open, photo_pixels};
-use crate::arguments::RenderArguments;
+use super::{batches, farm, photo_pixels};
+use crate::arguments::{RenderArguments, RenderOptions};
 use crate::failure::Failure;
+use crate::farm::Farm;
 use crate::input::Input;
 use crate::interrupt::Interrupt;
 use crate::output::{Output as Folder, tell, to_json};
@@ -42,44 +43,55 @@ struct RenderedPhoto {
     mean: [f64; 3],
 }
 
-/// Renders and writes.
+/// A photo as a capture says that it should look.
+#[derive(Debug)]
+pub struct Frame {
+    /// Index of the photo in the capture.
+    pub photo: usize,
+    /// Photo values: three channels of 32-bit floats, the top row first.
+    pub image: Film,
+    /// First hits, with the channels of [`FIRST_HIT_CHANNELS`], where they were asked for.
+    pub buffers: Option<Film>,
+}
+
+/// What frames took.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Traced {
+    /// Camera samples.
+    pub primary_samples: u64,
+    /// Samples that were NaN or infinite and count as black.
+    pub invalid_samples: u64,
+}
+
+/// Renders photos of a capture on `farm`, in the capture's order, and gives each to `seen`.
 ///
 /// # Errors
-/// A broken capture, a farm that fails, a folder that cannot be written to, Ctrl-C.
-pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
-    let begin = Instant::now();
-    let interrupt = Interrupt::listen(if arguments.farm.json { "" } else { "stopping; again to kill" })?;
-    let input = Input::open(&arguments.capture)?;
-    let photos = selection(&input.capture, &arguments.photos)?;
-    let folder = Folder::create(&arguments.out, &file_names(&input.capture, &photos)?, &input.root, &input.capture)?;
-    let mut console = Console::new(arguments.farm.json);
-    let mut farm = open(&arguments.farm, &input)?;
-
-    let samples = u64::from(arguments.samples);
-    let total: u64 = photos.iter().map(|&photo| photo_pixels(&input.capture, photo).saturating_mul(samples)).sum();
+/// A name that is no photo, a capture that is broken, a farm that fails, an interruption, what `seen` fails with.
+pub fn frames(
+    input: &Input,
+    farm: &Farm,
+    options: &RenderOptions,
+    console: &mut Console,
+    interrupt: &Interrupt,
+    seen: &mut dyn FnMut(Frame, &Console) -> Result<(), Failure>,
+) -> Result<Traced, Failure> {
+    let capture = &input.capture;
+    let photos = selection(capture, &options.photos)?;
+    let mut open = farm.open_input(input)?;
+    let samples = u64::from(options.samples);
+    let total: u64 = photos.iter().map(|&photo| photo_pixels(capture, photo).saturating_mul(samples)).sum();
     console.begin("rendering");
-    let mut rendered = Rendered {
-        capture: input.capture.name.clone(),
-        samples: arguments.samples,
-        seed: arguments.seed,
-        seconds: 0.0,
-        primary_samples: 0,
-        invalid_samples: 0,
-        photos: Vec::new(),
-    };
-    for batch in batches(&input.capture, &photos) {
+    let mut traced = Traced::default();
+    for batch in batches(capture, &photos) {
         let mut evaluate = |output: Output, done: u64| -> Result<Evaluation, Failure> {
             let request = EvaluationRequest {
-                numbers: Vec::new(),
-                columns: Vec::new(),
                 photos: batch.clone(),
-                samples: if output == Output::FirstHit { 2 } else { arguments.samples },
-                difference_samples: 0,
-                forward_samples: 0,
-                seed: Stream::Render.seed(arguments.seed),
+                samples: if output == Output::FirstHit { 2 } else { options.samples },
+                seed: Stream::Render.seed(options.seed),
                 output,
+                ..EvaluationRequest::default()
             };
-            Ok(farm.evaluate(&request, &mut |progress| {
+            Ok(open.evaluate(&request, &mut |progress| {
                 let mut overall = *progress;
                 if output == Output::FirstHit {
                     overall.primary_samples = 0;
@@ -89,26 +101,54 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
                 interrupt.flow()
             })?)
         };
-        let films = evaluate(Output::Films, rendered.primary_samples)?;
-        rendered.primary_samples += films.primary_samples;
-        rendered.invalid_samples += films.invalid_samples;
-        let buffers =
-            if arguments.buffers { evaluate(Output::FirstHit, rendered.primary_samples)?.films } else { Vec::new() };
-        for (i, film) in films.films.iter().enumerate() {
-            let photo = write(&input.capture, &folder, film, buffers.get(i))?;
-            console.line(&format!("{}  mean {}", photo.file, photo.mean.map(|m| format!("{m:.4}")).join(" ")));
-            console.event(&serde_json::json!({ "event": "photo", "name": photo.name, "file": photo.file }));
-            rendered.photos.push(photo);
+        let lit = evaluate(Output::Films, traced.primary_samples)?;
+        traced.primary_samples += lit.primary_samples;
+        traced.invalid_samples += lit.invalid_samples;
+        let hits = if options.buffers { evaluate(Output::FirstHit, traced.primary_samples)?.films } else { Vec::new() };
+        let mut hits = hits.into_iter();
+        for film in &lit.films {
+            let image = SensorStage::of(capture, film.photo).photo_values(film);
+            seen(Frame { photo: film.photo, image, buffers: hits.next() }, console)?;
         }
     }
     console.end();
-    if rendered.invalid_samples > 0 {
-        console.line(&format!(
-            "warning: {} were NaN or infinite and count as black",
-            plural(usize::try_from(rendered.invalid_samples).unwrap_or(usize::MAX), "sample")
-        ));
+    if traced.invalid_samples > 0 {
+        let samples = plural(usize::try_from(traced.invalid_samples).unwrap_or(usize::MAX), "sample");
+        console.warn(&format!("{samples} were NaN or infinite and count as black"));
     }
-    rendered.seconds = begin.elapsed().as_secs_f64();
+    Ok(traced)
+}
+
+/// Renders and writes.
+///
+/// # Errors
+/// A broken capture, a farm that fails, a folder that cannot be written to, Ctrl-C.
+pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
+    let begin = Instant::now();
+    let interrupt = Interrupt::listen(if arguments.farm.json { "" } else { "stopping; again to kill" })?;
+    let input = Input::open(&arguments.capture)?;
+    let photos = selection(&input.capture, &arguments.options.photos)?;
+    let folder = Folder::create(&arguments.out, &file_names(&input.capture, &photos)?, &input.root, &input.capture)?;
+    let mut console = Console::new(arguments.farm.json);
+    let farm = farm(&arguments.farm)?;
+    let mut photos = Vec::new();
+    let mut write = |frame: Frame, console: &Console| {
+        let photo = write(&input.capture, &folder, &frame)?;
+        console.line(&format!("{}  mean {}", photo.file, photo.mean.map(|m| format!("{m:.4}")).join(" ")));
+        console.event(&serde_json::json!({ "event": "photo", "name": photo.name, "file": photo.file }));
+        photos.push(photo);
+        Ok(())
+    };
+    let traced = frames(&input, &farm, &arguments.options, &mut console, &interrupt, &mut write)?;
+    let rendered = Rendered {
+        capture: input.capture.name.clone(),
+        samples: arguments.options.samples,
+        seed: arguments.options.seed,
+        seconds: begin.elapsed().as_secs_f64(),
+        primary_samples: traced.primary_samples,
+        invalid_samples: traced.invalid_samples,
+        photos,
+    };
     if arguments.farm.json {
         tell(&to_json(&rendered)?);
     } else {
@@ -151,14 +191,14 @@ fn file_names(capture: &Capture, photos: &[usize]) -> Result<Vec<String>, Failur
     Ok(names.into_iter().collect())
 }
 
-/// Writes a film as photo values: a file that may stand for the photograph.
-fn write(capture: &Capture, folder: &Folder, film: &Film, buffers: Option<&Film>) -> Result<RenderedPhoto, Failure> {
-    let film = &SensorStage::of(capture, film.photo).photo_values(film);
-    let name = capture.photos.get(film.photo).map_or("?", Photo::name).to_owned();
+/// Writes a frame: a file that may stand for the photograph, and one of first hits.
+fn write(capture: &Capture, folder: &Folder, frame: &Frame) -> Result<RenderedPhoto, Failure> {
+    let film = &frame.image;
+    let name = capture.photos.get(frame.photo).map_or("?", Photo::name).to_owned();
     let file = write_film(folder, &format!("{name}.exr"), film, &["R", "G", "B"])?;
-    let buffers = buffers
-        .map(|film| write_film(folder, &format!("{name}.buffers.exr"), film, &FIRST_HIT_CHANNELS))
-        .transpose()?;
+    let hits = frame.buffers.as_ref();
+    let buffers =
+        hits.map(|film| write_film(folder, &format!("{name}.buffers.exr"), film, &FIRST_HIT_CHANNELS)).transpose()?;
     let mean = std::array::from_fn(|c| {
         film.channels.get(c).map_or(0.0, |values| {
             values.iter().map(|v| f64::from(*v)).sum::<f64>() / count(values.len() as u64).max(1.0)

@@ -7,6 +7,7 @@ pub use gonio_proto::convert::job::Job;
 pub use gonio_worker::access::Access;
 pub use open::OpenCapture;
 
+use crate::input::Input;
 use futures::StreamExt;
 use gonio_coordinator::store::Blobs;
 use gonio_coordinator::{Coordinator, broker};
@@ -14,7 +15,7 @@ use gonio_proto::convert::manifest::pack;
 use gonio_proto::convert::request::{Class, Requester};
 use gonio_proto::{Digest, limits, wire};
 use gonio_scene::SceneError;
-use gonio_scene::files::{DirectoryFiles, Files};
+use gonio_scene::files::Files;
 use gonio_worker::Worker;
 use gonio_worker::access::AccessError;
 use gonio_worker::renderer::{PathTracer, Renderer};
@@ -151,13 +152,21 @@ impl Farm {
         self.send(files, &|_, _, _| false)
     }
 
-    /// As [`Farm::open`], but an embedded farm reads the files where they lie, whenever it needs them, and holds none of them: the
-    /// photographs of a capture may be larger than memory.
+    /// As [`Farm::open`], but an embedded farm reads the files on disk where they lie, whenever it needs them, and holds none of them:
+    /// the photographs of a capture may be larger than memory.
     ///
     /// # Errors
     /// As [`Farm::open`].
-    pub fn open_folder(&self, files: &DirectoryFiles) -> Result<OpenCapture, FarmError> {
-        self.send(files, &|path, digest, size| self.shared.link.lend(files, path, digest, size))
+    pub fn open_input(&self, input: &Input) -> Result<OpenCapture, FarmError> {
+        let lend =
+            |path: &str, digest, size| !input.holds(path) && self.shared.link.lend(&input.files, path, digest, size);
+        self.send(input, &lend)
+    }
+
+    /// Whether its coordinator is another process.
+    #[must_use]
+    pub fn is_remote(&self) -> bool {
+        self.shared.link.is_remote()
     }
 
     /// Sends what the farm lacks and `lend` does not show it.

@@ -27,6 +27,8 @@ enum Mode {
     Lines,
     /// One JSON object per line.
     Json,
+    /// Lines, for the program that this runs in.
+    Told,
 }
 
 /// Standard error, in the form that its reader wants.
@@ -37,10 +39,16 @@ pub struct Console {
     begun: Instant,
     /// When the last progress event was written.
     written: Option<Instant>,
+    /// Who hears lines in place of standard error.
+    listener: Option<Listener>,
 }
+
+/// Hears a line of progress, without a line break at its end.
+type Listener = Box<dyn Fn(&str) + Send>;
 
 impl Console {
     /// The console of a command; `json` as its flag says.
+    #[must_use]
     pub fn new(json: bool) -> Self {
         let mode = match (json, std::io::stderr().is_terminal()) {
             (true, _) => Mode::Json,
@@ -49,7 +57,16 @@ impl Console {
         };
         let target = if mode == Mode::Bar { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(None, target);
-        Self { mode, bar, begun: Instant::now(), written: None }
+        Self { mode, bar, begun: Instant::now(), written: None, listener: None }
+    }
+
+    /// A console that writes nothing and tells `listener` each line that a command would write to a file on standard error.
+    #[must_use]
+    pub fn telling(listener: impl Fn(&str) + Send + 'static) -> Self {
+        let listener: Listener = Box::new(listener);
+        let mut console = Self::new(true);
+        (console.mode, console.listener) = (Mode::Told, Some(listener));
+        console
     }
 
     /// Begins a piece of work under a `label`; the bar starts at zero.
@@ -87,7 +104,7 @@ impl Console {
     /// which is made only if it is time for one.
     pub fn show(&mut self, position: u64, length: u64, message: &str, event: impl FnOnce() -> serde_json::Value) {
         match self.mode {
-            Mode::Lines => {}
+            Mode::Lines | Mode::Told => {}
             Mode::Bar => {
                 self.bar.set_length(length);
                 self.bar.set_position(position);
@@ -113,14 +130,21 @@ impl Console {
             Mode::Bar => self.bar.suspend(|| tell_error(text)),
             Mode::Lines => tell_error(text),
             Mode::Json => {}
+            Mode::Told => self.listener.iter().for_each(|listener| listener(text)),
         }
     }
 
     /// Writes a line for people who see no bar.
     pub fn plain(&self, text: &str) {
-        if self.mode == Mode::Lines {
-            tell_error(text);
+        if matches!(self.mode, Mode::Lines | Mode::Told) {
+            self.line(text);
         }
+    }
+
+    /// Writes what people and programs should know, though the work goes on.
+    pub fn warn(&self, text: &str) {
+        self.line(&format!("warning: {text}"));
+        self.event(&json!({ "event": "warning", "message": text }));
     }
 
     /// Writes an event for programs.

@@ -65,8 +65,7 @@ impl<'c> SweepConsole<'c> {
 
     /// Something that people and programs should know.
     pub fn warn(&mut self, text: &str) {
-        self.console.line(text);
-        self.console.event(&json!({ "event": "warning", "message": text }));
+        self.console.warn(text);
     }
 
     fn rate(&self) -> f64 {

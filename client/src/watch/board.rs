@@ -3,8 +3,8 @@
 use crate::interrupt::Interrupt;
 use crate::output::tell_error;
 use crate::progress::count;
+use crate::report::Panel;
 use bytes::Bytes;
-use gonio::report::Panel;
 use gonio_page::{Refusal, Show, View, Visitor};
 use gonio_scene::Progress;
 use serde_json::{Map, Value, json};

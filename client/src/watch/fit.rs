@@ -2,7 +2,7 @@
 
 use super::Watch;
 use super::board::Board;
-use gonio::report::Panel;
+use crate::report::Panel;
 use gonio_fit::{FitEvent, FitResult};
 use gonio_scene::Capture;
 use serde_json::json;

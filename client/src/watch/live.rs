@@ -5,13 +5,13 @@
 
 use super::Watch;
 use super::board::Board;
-use gonio::farm::OpenCapture;
-use gonio::report::Panel;
+use crate::farm::OpenCapture;
+use crate::input::Input;
+use crate::report::Panel;
 use gonio_fit::{Evaluate, FitEvent};
 use gonio_page::Viewers;
 use gonio_scene::capture::Role;
-use gonio_scene::files::DirectoryFiles;
-use gonio_scene::{Capture, EvaluationRequest, Output, Photograph};
+use gonio_scene::{EvaluationRequest, Output, Photograph};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -51,22 +51,20 @@ struct Painter {
     shared: Arc<Shared>,
     board: Arc<Board>,
     viewers: Viewers,
-    capture: Capture,
-    files: DirectoryFiles,
+    input: Input,
     farm: OpenCapture,
 }
 
 impl Live {
-    /// Begins to render for `watch`, where there is a page, photos of `capture` that are fitted to.
-    pub fn start(watch: &Watch, capture: &Capture, files: &DirectoryFiles, farm: &OpenCapture) -> Self {
+    /// Begins to render for `watch`, where there is a page, photos of `input` that are fitted to.
+    pub fn start(watch: &Watch, input: &Input, farm: &OpenCapture) -> Self {
         let shared = Arc::new(Shared::default());
         let thread = watch.0.as_ref().and_then(|open| {
             let painter = Painter {
                 shared: Arc::clone(&shared),
                 board: Arc::clone(&open.board),
                 viewers: open.viewers.clone(),
-                capture: capture.clone(),
-                files: files.clone(),
+                input: input.clone(),
                 farm: farm.clone(),
             };
             // Without a thread there are no pictures before the end, and all else.
@@ -100,8 +98,9 @@ impl Drop for Live {
 
 impl Painter {
     fn run(mut self) {
-        let photos: Vec<usize> =
-            (0..self.capture.photos.len()).filter(|photo| self.capture.photos[*photo].role == Role::Fit).collect();
+        let photos: Vec<usize> = (0..self.input.capture.photos.len())
+            .filter(|photo| self.input.capture.photos[*photo].role == Role::Fit)
+            .collect();
         // Of each photo, at which position it was rendered last.
         let mut shown: Vec<Option<Position>> = vec![None; photos.len()];
         while !self.is_stopped() {
@@ -137,7 +136,7 @@ impl Painter {
 
     /// Renders one photo and shows it; `None` where that fails or was stopped.
     fn paint(&mut self, photo: usize, position: &Position) -> Option<()> {
-        let mut capture = self.capture.clone();
+        let mut capture = self.input.capture.clone();
         let parameters = capture.free_parameters().ok()?;
         let numbers: Vec<(String, f64)> = parameters
             .iter()
@@ -159,7 +158,7 @@ impl Painter {
             .evaluate(&request, &mut |_| if stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
             .ok()?;
         let target = capture.target(photo)?;
-        let photograph = Photograph::of(&capture, target, &self.files).ok()?;
+        let photograph = Photograph::of(&capture, target, &self.input).ok()?;
         let panel = Panel::new(&capture, &photograph, evaluation.films.first()?, evaluation.photos.first()?)?;
         self.board.panel(photo, &panel, Some(position.iteration));
         Some(())

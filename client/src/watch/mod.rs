@@ -66,6 +66,11 @@ struct Open {
 }
 
 impl Watch {
+    /// Of what nobody follows.
+    pub fn none() -> Self {
+        Self(None)
+    }
+
     /// Serves the page, where the arguments ask for one, and says where. `what` is what runs, such as "Fit", of `capture`;
     /// whoever stops it on the page asks `interrupt`.
     ///
@@ -77,7 +82,7 @@ impl Watch {
         interrupt: &Interrupt,
         console: &Console,
     ) -> Result<Self, Failure> {
-        let Some(address) = arguments.watch else { return Ok(Self(None)) };
+        let Some(address) = arguments.watch else { return Ok(Self::none()) };
         let failed = |error: std::io::Error| Failure::Failed(format!("--watch={address}: {error}"));
         let board = Arc::new(Board::new(what, capture, interrupt.clone()));
         let mut runtime = tokio::runtime::Builder::new_multi_thread();
@@ -90,6 +95,11 @@ impl Watch {
         console.line(&format!("watch at {url}"));
         console.event(&json!({ "event": "watch", "url": url }));
         Ok(Self(Some(Open { board, viewers, runtime })))
+    }
+
+    /// Whether there is a page.
+    pub fn is_open(&self) -> bool {
+        self.0.is_some()
     }
 
     /// What the page shows; `None` where there is none.

@@ -14,7 +14,7 @@ use crate::arguments::CheckArguments;
 use crate::failure::Failure;
 use crate::input;
 use crate::output::{tell, tell_error, to_json};
-use crate::progress::plural;
+use crate::progress::{Console, plural};
 use gonio_scene::capture::{Range, Role};
 use gonio_scene::files::{DirectoryFiles, Files};
 use gonio_scene::{Capture, SceneError};
@@ -87,16 +87,16 @@ pub fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     }
 }
 
-/// Tells on standard error what [`run`] would warn of, as far as it can be known without a photo's pixels: a fit must not
+/// Warns of what [`run`] would, as far as it can be known without a photo's pixels: a fit must not
 /// read those that are held out.
-pub(super) fn warn_before(capture: &Capture, files: &dyn Files) {
+pub(super) fn warn_before(capture: &Capture, files: &dyn Files, console: &Console) {
     let (mut errors, mut warnings) = (Vec::new(), Vec::new());
     photo::look_at_claims(capture, files, &mut warnings);
     object::look(capture, files, &mut errors, &mut warnings);
     light::look(capture, files, &mut errors, &mut warnings);
     // What is an error here stops the fit by itself.
     for warning in warnings {
-        tell_error(&format!("warning: {warning}"));
+        console.warn(&warning);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Deciding again from stored evidence, and the policy that decides.
 
-use crate::arguments::DiagnoseArguments;
+use crate::arguments::DiagnoseOptions;
 use crate::failure::Failure;
 use crate::output::{tell, to_pretty_json};
 use gonio_diagnose::Policy;
@@ -13,8 +13,8 @@ use std::path::Path;
 ///
 /// # Errors
 /// A policy file that cannot be read, or holds a key that is none of a policy's.
-pub fn policy(arguments: &DiagnoseArguments) -> Result<Policy, Failure> {
-    let mut policy = match &arguments.policy {
+pub fn policy(options: &DiagnoseOptions) -> Result<Policy, Failure> {
+    let mut policy = match &options.policy {
         None => Policy::default(),
         Some(file) => {
             let wrong = |problem: String| {
@@ -25,8 +25,8 @@ pub fn policy(arguments: &DiagnoseArguments) -> Result<Policy, Failure> {
             toml::from_str(&text).map_err(|error| wrong(error.message().to_owned()))?
         }
     };
-    policy.smallest_gain = arguments.smallest_gain.unwrap_or(policy.smallest_gain);
-    policy.smallest_file_gain = arguments.smallest_file_gain.unwrap_or(policy.smallest_file_gain);
+    policy.smallest_gain = options.smallest_gain.unwrap_or(policy.smallest_gain);
+    policy.smallest_file_gain = options.smallest_file_gain.unwrap_or(policy.smallest_file_gain);
     Ok(policy)
 }
 

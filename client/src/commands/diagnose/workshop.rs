@@ -1,6 +1,6 @@
 //! The farm as a diagnosis sees it: a place that makes one capture after another ready.
 
-use gonio::farm::Farm;
+use crate::farm::Farm;
 use gonio_diagnose::{AddedFile, Overlay, Workshop};
 use gonio_fit::{Evaluate, EvaluateError};
 use gonio_scene::capture::CAPTURE_FILE;
@@ -41,7 +41,7 @@ impl Workshop for FarmWorkshop<'_> {
         let text = capture.to_toml().map_err(|error| refused(&error))?;
         let files = Described { files: Overlay { files: self.files, added }, description: text.into_bytes().into() };
         let open = self.farm.open(&files).map_err(|error| match error {
-            gonio::farm::FarmError::Capture(error) => refused(&error),
+            crate::farm::FarmError::Capture(error) => refused(&error),
             other => EvaluateError::Farm(other.to_string()),
         })?;
         Ok(Box::new(open))

@@ -1,14 +1,15 @@
 //! Captures of more pixels than a fit needs: which of them it compares, and pictures that are rendered small.
 
 use crate::failure::Failure;
+use crate::farm::OpenCapture;
+use crate::input::Input;
 use crate::progress::Console;
-use gonio::farm::OpenCapture;
-use gonio::report::{LONGEST, Panel};
+use crate::report::{LONGEST, Panel};
 use gonio_design::{CELLS, preview, shrink};
 use gonio_fit::{Evaluate, FitResult};
 use gonio_scene::capture::{CAPTURE_FILE, Role};
 use gonio_scene::design::Design;
-use gonio_scene::files::{DirectoryFiles, Files};
+use gonio_scene::files::Files;
 use gonio_scene::{Capture, EvaluationRequest, Output, PhotoStatistics, Photograph, SceneError, Stream, Values};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -56,7 +57,7 @@ impl Files for Small<'_> {
 ///
 /// # Errors
 /// A file that is missing or broken.
-pub(super) fn look(capture: &Capture, files: &DirectoryFiles) -> Result<BTreeMap<usize, Values>, Failure> {
+pub(super) fn look(capture: &Capture, files: &dyn Files) -> Result<BTreeMap<usize, Values>, Failure> {
     let factors = preview(capture, LONGEST).factors;
     let all: Vec<_> = capture.targets().enumerate().collect();
     let pixels = |photo: usize| super::super::photo_pixels(capture, photo);
@@ -79,7 +80,7 @@ pub(super) fn look(capture: &Capture, files: &DirectoryFiles) -> Result<BTreeMap
 /// The farm fails.
 pub(super) fn design(
     capture: &Capture,
-    files: &DirectoryFiles,
+    files: &dyn Files,
     farm: &OpenCapture,
     seed: u64,
     wanted: u64,
@@ -102,14 +103,14 @@ pub(super) fn design(
 /// # Errors
 /// The farm fails, Ctrl-C.
 pub(super) fn panels(
-    fitted: &Capture,
-    files: &DirectoryFiles,
+    input: &Input,
     farm: &mut OpenCapture,
     result: &FitResult,
     photos: &BTreeMap<usize, Values>,
     console: &mut Console,
     flow: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Vec<Panel>, Failure> {
+    let fitted = &input.capture;
     let numbers: Vec<(String, f64)> = fitted
         .free_parameters()?
         .iter()
@@ -142,7 +143,7 @@ pub(super) fn panels(
         output: Output::Films,
         ..EvaluationRequest::default()
     };
-    let mut preview_farm = farm.beside(&Small::new(&small.capture, files)?)?;
+    let mut preview_farm = farm.beside(&Small::new(&small.capture, input)?)?;
     let films = evaluate(&mut preview_farm, &request)?.films;
     let panel = |film: &gonio_scene::Film| {
         let values = photos.get(&film.photo)?;

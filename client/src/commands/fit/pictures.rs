@@ -3,20 +3,20 @@
 use super::super::{batches, photo_pixels};
 use super::large;
 use crate::failure::Failure;
+use crate::farm::OpenCapture;
+use crate::input::Input;
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
-use gonio::farm::OpenCapture;
-use gonio::report::{Panel, ReflectancePanel};
+use crate::report::{Panel, ReflectancePanel};
 use gonio_fit::{Evaluate, FitResult};
 use gonio_scene::capture::Target;
-use gonio_scene::files::DirectoryFiles;
 use gonio_scene::reflectance::Directions;
 use gonio_scene::{Capture, EvaluationRequest, Output, Photograph, Stream, Values};
 use std::collections::BTreeMap;
 
 /// What a report shows of a fit.
 #[derive(Debug, Default)]
-pub(super) struct Pictures {
+pub struct Pictures {
     /// The photos.
     pub photos: Vec<Panel>,
     /// The files of measured reflectance.
@@ -40,33 +40,33 @@ pub(super) fn samples(capture: &Capture, result: &FitResult) -> u32 {
 /// # Errors
 /// The farm fails, a photograph has changed since, Ctrl-C.
 pub(super) fn all(
-    fitted: &Capture,
-    files: &DirectoryFiles,
+    fitted: &Input,
     farm: &mut OpenCapture,
     result: &FitResult,
     small: &BTreeMap<usize, Values>,
     console: &mut Console,
     interrupt: &Interrupt,
 ) -> Result<Pictures, Failure> {
-    let targets: Vec<usize> = (0..fitted.targets().count()).filter(|target| !small.contains_key(target)).collect();
-    let mut pictures = panels(fitted, &targets, files, farm, result, console, interrupt)?;
+    let targets: Vec<usize> =
+        (0..fitted.capture.targets().count()).filter(|target| !small.contains_key(target)).collect();
+    let mut pictures = panels(fitted, &targets, farm, result, console, interrupt)?;
     if !small.is_empty() {
         console.begin("pictures");
         let flow = || interrupt.flow();
-        pictures.photos.extend(large::panels(fitted, files, farm, result, small, console, &flow)?);
+        pictures.photos.extend(large::panels(fitted, farm, result, small, console, &flow)?);
     }
     Ok(pictures)
 }
 
 fn panels(
-    fitted: &Capture,
+    input: &Input,
     photos: &[usize],
-    files: &DirectoryFiles,
     farm: &mut dyn Evaluate,
     result: &FitResult,
     console: &mut Console,
     interrupt: &Interrupt,
 ) -> Result<Pictures, Failure> {
+    let fitted = &input.capture;
     let numbers: Vec<(String, f64)> = fitted
         .free_parameters()?
         .iter()
@@ -92,9 +92,9 @@ fn panels(
         })?;
         for (film, statistics) in evaluation.films.iter().zip(&evaluation.photos) {
             let Some(target) = fitted.target(statistics.photo) else { continue };
-            let photograph = Photograph::of(fitted, target, files)?;
+            let photograph = Photograph::of(fitted, target, input)?;
             if let Target::Reflectance(file) = target {
-                let pairs = Directions::read(files, &file.file)?.pairs;
+                let pairs = Directions::read(input, &file.file)?.pairs;
                 pictures.files.extend(ReflectancePanel::new(fitted, &photograph, &pairs, film, statistics));
             } else {
                 pictures.photos.extend(Panel::new(fitted, &photograph, film, statistics));

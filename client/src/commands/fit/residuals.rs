@@ -1,12 +1,12 @@
 //! Residuals at full size, for who wants to look at every pixel.
 
 use crate::failure::Failure;
+use crate::input::Input;
 use crate::output::Output as Folder;
 use crate::progress::Console;
 use gonio_fit::{Evaluate, FitResult};
-use gonio_scene::files::DirectoryFiles;
 use gonio_scene::image::{Image, encode_exr};
-use gonio_scene::{Capture, EvaluationRequest, Output, SensorStage, Stream, Values};
+use gonio_scene::{EvaluationRequest, Output, SensorStage, Stream, Values};
 use std::ops::ControlFlow;
 
 /// Samples per pixel of the renders, at most: the file's own noise is as large.
@@ -23,14 +23,14 @@ pub(super) fn name(photo: &str) -> String {
 /// # Errors
 /// The farm fails, a photo cannot be read any more, the folder cannot be written to, Ctrl-C.
 pub(super) fn write(
-    fitted: &Capture,
-    files: &DirectoryFiles,
+    input: &Input,
     farm: &mut dyn Evaluate,
     result: &FitResult,
     folder: &Folder,
     console: &mut Console,
     flow: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<(), Failure> {
+    let fitted = &input.capture;
     let numbers: Vec<(String, f64)> = fitted
         .free_parameters()?
         .iter()
@@ -54,7 +54,7 @@ pub(super) fn write(
             .films;
         let Some(film) = films.first() else { continue };
         let render = SensorStage::of(fitted, index).photo_values(film);
-        let Values { image, counts, .. } = Values::of(fitted, target, files)?;
+        let Values { image, counts, .. } = Values::of(fitted, target, input)?;
         let residual = |(place, (pixel, counts)): (usize, (&[f32; 3], &bool))| {
             [0, 1, 2].map(|c| if *counts { pixel[c] - render.channels[c][place] } else { 0.0 })
         };

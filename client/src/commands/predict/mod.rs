@@ -6,10 +6,10 @@ mod pictures;
 use super::estimate::{Job, MethodArguments};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::output::{tell, tell_error, to_json, to_pretty_json};
+use crate::output::{tell, to_json, to_pretty_json};
 use crate::progress::Console;
+use crate::report::PredictionReport;
 use clap::Args;
-use gonio::report::PredictionReport;
 use gonio_pose::bop::{Dataset, Estimate, Models, ModelsFolder, Target, parse_results};
 use gonio_pose::evaluate;
 use gonio_pose::predict::{Options, Prediction, Series, predict};
@@ -70,21 +70,22 @@ pub(super) struct Estimated {
     pub series: Series,
 }
 
-/// Estimates where it has to, compares, writes and tells.
+/// Estimates where it has to, compares and writes; gives the report, too, which says which `command` made it.
 ///
 /// # Errors
-/// Datasets or estimates that are missing or bad, sets without a common image, an estimator that fails, a signal (what was
+/// Datasets or estimates that are missing or bad, sets without a common image, an estimator that fails, an interruption (what was
 /// estimated stays, and --resume goes on).
-pub fn run(arguments: &PredictArguments) -> Result<(), Failure> {
+pub fn compare(
+    arguments: &PredictArguments,
+    console: Console,
+    interrupt: &Interrupt,
+    command: &str,
+) -> Result<(Prediction, String), Failure> {
     if !(arguments.margin > 0.0 && arguments.margin < 1.0) {
         return Err(Failure::Input("--margin: write a recall between 0 and 1, such as 0.05".to_owned()));
     }
     super::evaluate::create(&arguments.out)?;
-    let runner = Runner {
-        arguments,
-        interrupt: Interrupt::listen("stopping; --resume goes on")?,
-        console: Console::new(arguments.json).into(),
-    };
+    let runner = Runner { arguments, interrupt, console: console.into() };
     let real = runner.estimated(&arguments.real, arguments.real_results.as_deref(), "real")?;
     let synthetic = runner.estimated(&arguments.synthetic, arguments.synthetic_results.as_deref(), "synthetic")?;
     let mut contrasts = Vec::new();
@@ -94,7 +95,7 @@ pub fn run(arguments: &PredictArguments) -> Result<(), Failure> {
     }
     let mut settings = Vec::new();
     for Setting { name, real: on_real, synthetic: on_synthetic } in &arguments.setting {
-        settings.push((name.clone(), real.again(on_real)?, synthetic.again(on_synthetic)?));
+        settings.push((name.clone(), runner.again(&real, on_real)?, runner.again(&synthetic, on_synthetic)?));
     }
     let options = Options { margin: arguments.margin, seed: arguments.seed, ..Options::default() };
     let prediction = predict(&real.series, &synthetic.series, &contrasts, &settings, &options).ok_or_else(|| {
@@ -107,10 +108,21 @@ pub fn run(arguments: &PredictArguments) -> Result<(), Failure> {
     let report = PredictionReport {
         prediction: &prediction,
         pictures: &pictures::chosen(&real, &synthetic)?,
-        command: &super::command(),
+        command,
         version: env!("CARGO_PKG_VERSION"),
     };
-    super::prepare::write(&out("report.html"), report.page().as_bytes())?;
+    let page = report.page();
+    super::prepare::write(&out("report.html"), page.as_bytes())?;
+    Ok((prediction, page))
+}
+
+/// Compares and tells.
+///
+/// # Errors
+/// As [`compare`].
+pub fn run(arguments: &PredictArguments) -> Result<(), Failure> {
+    let interrupt = Interrupt::listen("stopping; --resume goes on")?;
+    let (prediction, _) = compare(arguments, Console::new(arguments.json), &interrupt, &super::command())?;
     if arguments.json {
         tell(&to_json(&prediction)?);
     } else {
@@ -122,7 +134,7 @@ pub fn run(arguments: &PredictArguments) -> Result<(), Failure> {
 
 struct Runner<'a> {
     arguments: &'a PredictArguments,
-    interrupt: Interrupt,
+    interrupt: &'a Interrupt,
     console: std::cell::RefCell<Console>,
 }
 
@@ -137,22 +149,20 @@ impl Runner<'_> {
                 let out = self.arguments.out.join(format!("{name}.csv"));
                 self.console.borrow().line(&format!("{name}: {} images", path.display()));
                 let job = Job { dataset: &dataset, targets: &targets, out: &out, resume: self.arguments.resume };
-                job.run(&self.arguments.method, &self.interrupt, &mut self.console.borrow_mut())?.1
+                job.run(&self.arguments.method, self.interrupt, &mut self.console.borrow_mut())?.1
             }
         };
         let evaluation = evaluate::evaluate(&dataset, &models, &targets, &estimates)?;
         Ok(Estimated { series: Series::of(&evaluation), dataset, models, targets, estimates })
     }
-}
 
-impl Estimated {
-    /// The same images with other estimates, those of the file `results`.
-    fn again(&self, results: &Path) -> Result<Series, Failure> {
+    /// The images of `set` with other estimates, those of the file `results`.
+    fn again(&self, set: &Estimated, results: &Path) -> Result<Series, Failure> {
         let estimates = parse_results(&results.display().to_string(), &super::prepare::text(results)?)?;
-        let evaluation = evaluate::evaluate(&self.dataset, &self.models, &self.targets, &estimates)?;
+        let evaluation = evaluate::evaluate(&set.dataset, &set.models, &set.targets, &estimates)?;
         if evaluation.estimates_without_target > 0 {
-            let count = evaluation.estimates_without_target;
-            tell_error(&format!("note: {}: {count} estimates that no target asks for", results.display()));
+            let (file, count) = (results.display(), evaluation.estimates_without_target);
+            self.console.borrow().line(&format!("note: {file}: {count} estimates that no target asks for"));
         }
         Ok(Series::of(&evaluation))
     }

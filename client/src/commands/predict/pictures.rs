@@ -3,7 +3,7 @@
 use super::Estimated;
 use crate::commands::evaluate;
 use crate::failure::Failure;
-use gonio::report::PairPicture;
+use crate::report::PairPicture;
 use gonio_scene::image::encode_png8;
 use std::collections::BTreeMap;
 

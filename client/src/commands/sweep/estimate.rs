@@ -2,8 +2,8 @@
 
 use super::runner::Runner;
 use crate::failure::Failure;
+use crate::farm::OpenCapture;
 use crate::progress::count;
-use gonio::farm::OpenCapture;
 use gonio_fit::{Evaluate, EvaluateError};
 use gonio_scene::{EvaluationRequest, Output, Stream};
 use gonio_sweep::Batch;

@@ -15,6 +15,8 @@ pub(super) struct Written {
     pub files: Vec<(Output, Vec<u8>)>,
     /// What is kept beside them.
     pub record: Record,
+    /// Photo values.
+    pub image: Film,
 }
 
 /// Encodes a frame: `film` holds exposed light, and `hits` first hits where they are wanted. `capture` is the plan's
@@ -50,7 +52,8 @@ pub(super) fn encode(
         files.push((output, bytes));
     }
     let (invalid, seconds) = measured;
-    Ok(Written { files, record: Record::of(name, &photo, response, invalid, seconds) })
+    let record = Record::of(name, &photo, response, invalid, seconds);
+    Ok(Written { files, record, image: photo })
 }
 
 /// Photo values as the sensor would have measured them, by random numbers that follow from the frame's digest.

@@ -3,7 +3,9 @@
 use crate::failure::Failure;
 use bytes::Bytes;
 use futures::{StreamExt, TryStreamExt};
-use gonio_scene::SceneError;
+use gonio_scene::files::MemoryFiles;
+use gonio_scene::image::{self, Image};
+use gonio_scene::{Film, SceneError};
 use gonio_store::{Objects, StoreError};
 use gonio_sweep::{FrameDigest, Output, Record};
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,14 +32,24 @@ impl Place {
     /// # Errors
     /// A URL of no known store, a folder that cannot be made, a bucket that does not answer.
     pub fn open(url: &str, dry_run: bool) -> Result<Self, Failure> {
-        let runtime =
-            tokio::runtime::Builder::new_multi_thread().worker_threads(1).thread_name("out").enable_all().build();
-        let runtime = runtime.map_err(|error| Failure::Failed(format!("cannot start: {error}")))?;
         let absent = dry_run && folder(url).is_some_and(|folder| !folder.exists());
         let refuse =
             |problem: String| SceneError::new(format!("--out {url}"), problem, "write a folder or s3://BUCKET/PREFIX");
         let objects = if absent { None } else { Some(Objects::open(url).map_err(refuse)?) };
-        Ok(Self { url: url.to_owned(), runtime, objects })
+        Ok(Self { url: url.to_owned(), runtime: runtime()?, objects })
+    }
+
+    /// Where nothing is and nothing is kept.
+    ///
+    /// # Errors
+    /// The system allows no thread.
+    pub fn nowhere() -> Result<Self, Failure> {
+        Ok(Self { url: String::new(), runtime: runtime()?, objects: None })
+    }
+
+    /// Whether what is written is kept.
+    pub fn keeps(&self) -> bool {
+        self.objects.is_some()
     }
 
     /// The folder, where it is one.
@@ -106,6 +118,21 @@ impl Place {
         self.runtime.block_on(write).map_err(|error| self.failed(&error))
     }
 
+    /// The photo values of a finished frame; `None` where no output keeps them all.
+    ///
+    /// # Errors
+    /// The store fails, or holds a broken file.
+    pub fn image(&self, photo: usize, digest: FrameDigest) -> Result<Option<Film>, Failure> {
+        let Some(objects) = &self.objects else { return Ok(None) };
+        let path = digest.path(Output::Exr.ending());
+        let bytes = self.runtime.block_on(objects.get(&path)).map_err(|error| self.failed(&error))?;
+        let Some(bytes) = bytes else { return Ok(None) };
+        let file = MemoryFiles([(path.clone(), bytes.as_ref().into())].into());
+        let Image { width, height, pixels } = image::read(&file, &path)?;
+        let channels = (0..3).map(|channel| pixels.iter().map(|pixel| pixel[channel]).collect()).collect();
+        Ok(Some(Film { photo, width, height, channels }))
+    }
+
     /// Writes a file of the whole sweep.
     ///
     /// # Errors
@@ -118,6 +145,11 @@ impl Place {
     fn failed(&self, error: &StoreError) -> Failure {
         Failure::Failed(format!("--out {}: {error}", self.url))
     }
+}
+
+fn runtime() -> Result<Runtime, Failure> {
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).thread_name("out").enable_all().build();
+    runtime.map_err(|error| Failure::Failed(format!("cannot start: {error}")))
 }
 
 fn folder(url: &str) -> Option<PathBuf> {

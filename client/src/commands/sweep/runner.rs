@@ -5,16 +5,16 @@ use super::frame::encode;
 use super::input::Rendered;
 use super::place::Place;
 use crate::failure::Failure;
+use crate::farm::{Farm, FarmError, OpenCapture};
 use crate::interrupt::Interrupt;
 use crate::progress::SweepConsole;
-use gonio::farm::{Farm, FarmError, OpenCapture};
 use gonio_fit::{Evaluate, EvaluateError};
-use gonio_scene::{Evaluation, EvaluationRequest, Output as Wanted, Stream};
+use gonio_scene::{Evaluation, EvaluationRequest, Film, Output as Wanted, Stream};
 use gonio_sweep::{Batch, FrameDigest, Output, Plan, Record};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -34,8 +34,6 @@ pub(super) struct Runner<'a> {
     pub files: &'a Rendered,
     pub place: &'a Place,
     pub farm: &'a Farm,
-    /// Whether the farm is another process, which may be away for a while.
-    pub remote: bool,
     pub interrupt: &'a Interrupt,
     /// Set once no further batch is to begin.
     pub stop: AtomicBool,
@@ -44,13 +42,14 @@ pub(super) struct Runner<'a> {
 }
 
 enum Event {
-    Finished(usize, Box<Record>),
+    Finished(usize, Box<Record>, Film),
     Waiting(String),
     Failed(Failure),
 }
 
 impl Runner<'_> {
-    /// Renders `batches`, `in_flight` at a time, and gives each finished frame's record to `finished`.
+    /// Renders `batches`, `in_flight` at a time, and gives each finished frame's record and photo values to
+    /// `finished`.
     ///
     /// # Errors
     /// The first failure; what was finished before it stays.
@@ -60,12 +59,13 @@ impl Runner<'_> {
         batches: Vec<Batch>,
         in_flight: usize,
         console: &mut SweepConsole<'_>,
-        finished: &mut dyn FnMut(usize, Record),
+        finished: &mut dyn FnMut(usize, Record, Film),
     ) -> Result<(), Failure> {
         let threads = in_flight.min(batches.len());
         let queue = Mutex::new(VecDeque::from(batches));
         let under_way: Vec<AtomicU64> = (0..threads).map(|_| AtomicU64::new(0)).collect();
-        let (events, receiver) = channel();
+        // Who takes frames slowly slows the farm down, rather than fill the memory with them.
+        let (events, receiver) = sync_channel(threads.max(1));
         let mut result = Ok(());
         std::thread::scope(|scope| {
             for under_way in &under_way {
@@ -76,9 +76,9 @@ impl Runner<'_> {
             let mut drawn = Instant::now();
             loop {
                 match receiver.recv_timeout(REDRAW) {
-                    Ok(Event::Finished(frame, record)) => {
+                    Ok(Event::Finished(frame, record, image)) => {
                         console.rendered(frame, &record.digest);
-                        finished(frame, *record);
+                        finished(frame, *record, image);
                     }
                     Ok(Event::Waiting(text)) => console.warn(&text),
                     Ok(Event::Failed(failure)) => {
@@ -105,7 +105,7 @@ impl Runner<'_> {
         mut open: OpenCapture,
         queue: &Mutex<VecDeque<Batch>>,
         under_way: &AtomicU64,
-        events: &Sender<Event>,
+        events: &SyncSender<Event>,
     ) {
         while !self.halted() {
             let next = queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
@@ -127,7 +127,7 @@ impl Runner<'_> {
         open: &mut OpenCapture,
         batch: &Batch,
         under_way: &AtomicU64,
-        events: &Sender<Event>,
+        events: &SyncSender<Event>,
     ) -> Result<(), Failure> {
         let begin = Instant::now();
         let frames: Vec<_> = batch.frames.iter().filter_map(|i| self.plan.frames.get(*i)).collect();
@@ -164,7 +164,7 @@ impl Runner<'_> {
             let measured = (lit.invalid_samples, seconds * share);
             let written = encode(self.plan, &capture, digest, film, hits.get(i), measured)?;
             self.place.put_frame(digest, written.files, &written.record)?;
-            let _ = events.send(Event::Finished(frame, Box::new(written.record)));
+            let _ = events.send(Event::Finished(frame, Box::new(written.record), written.image));
         }
         self.traced.fetch_add(lit.primary_samples, Ordering::Relaxed);
         under_way.store(0, Ordering::Relaxed);
@@ -177,7 +177,7 @@ impl Runner<'_> {
         open: &mut OpenCapture,
         request: &EvaluationRequest,
         under_way: &AtomicU64,
-        events: &Sender<Event>,
+        events: &SyncSender<Event>,
     ) -> Result<Evaluation, Failure> {
         let begin = Instant::now();
         let mut pause = PAUSES.0;
@@ -196,7 +196,7 @@ impl Runner<'_> {
                 EvaluateError::Refused(_) => !std::mem::replace(&mut refused, true),
                 EvaluateError::Farm(_) => begin.elapsed() < PATIENCE,
             };
-            if !self.remote || !again {
+            if !self.farm.is_remote() || !again {
                 return Err(error.into());
             }
             if pause == PAUSES.0 {

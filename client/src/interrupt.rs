@@ -50,7 +50,6 @@ impl Interrupt {
     }
 
     /// What a watcher of an evaluation returns.
-    #[must_use]
     pub fn flow(&self) -> ControlFlow<()> {
         if self.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }

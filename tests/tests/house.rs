@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Every crate of the workspace with the crates of ours that it may depend on (tests and benchmarks included).
-const MAY_DEPEND_ON: [(&str, &[&str]); 20] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 21] = [
     ("gonio-scene", &[]),
     ("gonio-proto", &["gonio-scene"]),
     ("gonio-store", &["gonio-proto"]),
@@ -47,6 +47,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 20] = [
             "gonio-worker",
         ],
     ),
+    ("gonio-python", &["gonio", "gonio-export", "gonio-scene"]),
     (
         "gonio-tests",
         &[

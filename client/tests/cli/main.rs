@@ -12,6 +12,7 @@ mod browser;
 mod check;
 mod devtools;
 mod dprime;
+mod export;
 mod exposures;
 mod fit;
 mod fixture;

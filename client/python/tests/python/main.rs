@@ -7,6 +7,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod arrays;
+mod book;
 mod command;
 mod examples;
 mod interpreter;

@@ -13,7 +13,10 @@ use tempfile::TempDir;
 
 /// Chapters with listings that are not run, and why.
 const IGNORED: [(&str, &str); 3] = [
-    ("farm.md", "certificates, ports and containers; the tests of the cluster, of security and of compose run the same programs"),
+    (
+        "farm.md",
+        "certificates, ports and containers; the tests of the cluster, of security and of compose run the same programs",
+    ),
     ("photographs.md", "photographs that are not part of the project; the tests of each command make their own"),
     ("predict.md", "ten minutes; the tests of the pose commands run each on fewer images"),
 ];
@@ -93,7 +96,10 @@ fn every_chapter_is_listed_and_says_how_its_listings_are_meant() {
         // What it leads to is there.
         for link in text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(link, _)| link) {
             let file = link.split('#').next().unwrap();
-            assert!(file.is_empty() || link.starts_with("http") || folder.join(file).exists(), "{name} leads to {link}");
+            assert!(
+                file.is_empty() || link.starts_with("http") || folder.join(file).exists(),
+                "{name} leads to {link}"
+            );
         }
     }
 }

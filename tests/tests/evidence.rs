@@ -1,5 +1,5 @@
-//! Decides again upon stored diagnoses: made captures with every effect of the catalogue, with several causes, with a number of the file wrong,
-//! with nothing hidden, and captures of another renderer. A change of the rules or of the policy shows here in seconds. The evidence is renewed by the examples
+//! Decides again upon stored diagnoses: made captures with a number of the file wrong or with nothing hidden, and captures of another
+//! renderer. A change of the rules or of the policy shows here in seconds. The evidence is renewed by the examples
 //! `confusion` and `causes`, which take hours.
 
 #![allow(clippy::unwrap_used)] // a test fails by panicking
@@ -37,23 +37,11 @@ fn has(named: &[Vec<String>], name: &str) -> bool {
 #[test]
 fn captures_of_another_renderer_keep_their_names() {
     let all = outcomes("rendered-");
-    assert!(all.len() >= 10, "{} captures", all.len());
+    assert!(all.len() >= 3, "{} captures", all.len());
     for (name, expected, named) in all {
         assert_eq!(named.len(), expected.len(), "{name}: {named:?}");
         assert!(expected.iter().all(|e| has(&named, e)), "{name}: {named:?}");
     }
-}
-
-#[test]
-fn moderate_effects_are_named_and_none_is_misnamed() {
-    let all = outcomes("matrix-");
-    let right =
-        all.iter().filter(|(_, expected, named)| named.first().is_some_and(|set| set.contains(&expected[0]))).count();
-    let misnamed: Vec<_> =
-        all.iter().filter(|(_, expected, named)| !named.is_empty() && !has(named, &expected[0])).collect();
-    println!("{right} of {} right", all.len());
-    assert!(all.len() >= 20 && right * 26 >= all.len() * 23, "{right} of {}", all.len());
-    assert!(misnamed.is_empty(), "{misnamed:?}");
 }
 
 #[test]
@@ -66,7 +54,9 @@ fn suspects_are_named_first() {
 
 #[test]
 fn nothing_is_named_where_nothing_is_hidden_or_photographs_are_noisy() {
-    for (name, _, named) in outcomes("nothing-").into_iter().chain(outcomes("noise-")) {
+    let all = [outcomes("nothing-"), outcomes("noise-")].concat();
+    assert!(all.len() >= 3, "{} captures", all.len());
+    for (name, _, named) in all {
         assert!(named.is_empty(), "{name}: {named:?}");
     }
 }

@@ -227,7 +227,8 @@ fn mitsuba_renders_the_same() {
     }
     let top = scene(TRUTH);
     exported(&top, "mitsuba", "out");
-    let output = Command::new(program).args(["-B", "-c", MITSUBA]).current_dir(top.path().join("out")).output().unwrap();
+    let output =
+        Command::new(program).args(["-B", "-c", MITSUBA]).current_dir(top.path().join("out")).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let theirs: f64 = String::from_utf8_lossy(&output.stdout).trim().parse().unwrap();
     let words = ["render", "capture", "--out", "render", "--samples", "256", "--photos", "00", "--json"];

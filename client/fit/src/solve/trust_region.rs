@@ -50,8 +50,6 @@ pub(super) struct TrustRegion<'c> {
     here: Option<Here>,
     /// Samples and step left at the last point that a step was taken from.
     before: Option<(u32, f64)>,
-    /// Whether the last step was refused, and promised less than the loss is uncertain by.
-    untold: bool,
     verdict: Option<bool>,
 }
 
@@ -102,7 +100,7 @@ impl<'c> TrustRegion<'c> {
             radius: FIRST_RADIUS,
             here: None,
             before: None,
-            untold: false,
+           
             verdict: None,
         }
     }
@@ -125,8 +123,6 @@ impl<'c> TrustRegion<'c> {
             Goal::Descend if here.is_near() => self.verdict = Some(true),
             Goal::Polish if more => {}
             Goal::Polish if here.is_near() && left * shrinks <= self.tolerance => self.verdict = Some(true),
-            // The loss cannot tell the step that is left from none, at the most samples there are.
-            Goal::Polish if here.is_near() && self.untold => self.verdict = Some(true),
             _ if self.radius < SMALLEST_RADIUS => self.verdict = Some(false),
             _ => {}
         }
@@ -161,7 +157,6 @@ impl<'c> TrustRegion<'c> {
         let noise = 2.0 * (here.normal.total.loss_variance() + there.normal.total.loss_variance()).max(0.0).sqrt();
         let calmer = there.spectrum.decrement() < here.spectrum.decrement();
         let accepted = decrease > 0.01 * promised.abs() || (decrease > -noise && calmer);
-        self.untold = !accepted && promised.abs() <= noise;
         let size = step.iter().zip(&here.reach).map(|(s, r)| s.abs() / r).fold(0.0, f64::max);
         if !accepted {
             self.radius = 0.3 * self.radius.min(size);

@@ -92,17 +92,7 @@ impl Here {
 
 impl<'c> TrustRegion<'c> {
     pub fn new(goal: Goal, schedule: Schedule, tolerance: f64, samples: &'c Cell<u32>) -> Self {
-        Self {
-            goal,
-            schedule,
-            tolerance,
-            samples,
-            radius: FIRST_RADIUS,
-            here: None,
-            before: None,
-           
-            verdict: None,
-        }
+        Self { goal, schedule, tolerance, samples, radius: FIRST_RADIUS, here: None, before: None, verdict: None }
     }
 
     /// Whether the run has ended because the step left is small enough.

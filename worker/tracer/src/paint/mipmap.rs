@@ -34,14 +34,17 @@ impl MipMap {
     /// The value at texture coordinates, for a ray that covers `area` of the unit square.
     #[must_use]
     pub fn at(&self, at: Vec2, wrap: [Wrap; 2], area: f32) -> Vec3 {
-        let last = self.levels.len() - 1;
-        let texels = area * (self.levels[0].width * self.levels[0].height) as f32;
-        // Texels become four times as large from level to level.
-        let level = if texels > 1.0 { (0.5 * libm::log2f(texels)).min(last as f32) } else { 0.0 };
-        let lower = (level as usize).min(last);
-        let share = level - lower as f32;
-        let value = self.levels[lower].at(at, wrap);
-        if share > 0.0 { value.lerp(self.levels[(lower + 1).min(last)].at(at, wrap), share) } else { value }
+        // How many texels of a level the ray sees: it takes the level of which it sees one.
+        let seen = |level: &Level| area * level.texels.len() as f32;
+        let upper = self.levels.partition_point(|level| seen(level) > 1.0);
+        let Some(fine) = upper.checked_sub(1).map(|below| &self.levels[below]) else {
+            return self.levels[0].at(at, wrap);
+        };
+        let value = fine.at(at, wrap);
+        let Some(coarse) = self.levels.get(upper) else { return value };
+        // A level has a quarter of the texels of the one before; where a side is down to one texel, half of them.
+        let share = libm::log2f(seen(fine)) / libm::log2f(seen(fine) / seen(coarse));
+        value.lerp(coarse.at(at, wrap), share)
     }
 }
 

@@ -48,6 +48,11 @@ impl Process {
         Self(command.spawn().unwrap())
     }
 
+    /// Its number for the system.
+    pub fn id(&self) -> u32 {
+        self.0.id()
+    }
+
     /// SIGTERM; how it ended.
     pub fn terminate(&mut self) -> ExitStatus {
         self.signal("TERM");

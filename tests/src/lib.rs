@@ -8,6 +8,8 @@ pub mod browser;
 pub mod cluster;
 pub mod evidence;
 pub mod hidden;
+#[cfg(unix)]
+pub mod images;
 pub mod noise;
 pub mod operations;
 pub mod pki;

@@ -6,8 +6,9 @@
 
 use gonio_tests::captures;
 use gonio_tests::cluster::PROGRAMS;
+use gonio_tests::images::{self, docker, text};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Longest that anything may take.
@@ -21,37 +22,10 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
 }
 
-fn out(command: &mut Command) -> Option<Output> {
-    command.stdin(Stdio::null()).output().ok().filter(|output| output.status.success())
-}
-
-fn text(command: &mut Command) -> Option<String> {
-    out(command).map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned())
-}
-
-fn docker(arguments: &[&str]) -> String {
-    text(Command::new("docker").args(arguments)).unwrap_or_else(|| panic!("docker {arguments:?} failed"))
-}
-
 /// Why the test cannot run here.
 fn missing() -> Option<String> {
-    if text(Command::new("docker").args(["info", "--format", "{{.ServerVersion}}"])).is_none_or(|v| v.is_empty()) {
-        return Some("no Docker engine answers".to_owned());
-    }
-    if out(Command::new("docker-compose").arg("version")).is_none() {
-        return Some("there is no docker-compose".to_owned());
-    }
-    let wanted = text(Command::new(PROGRAMS.join("gonio")).arg("--version")).unwrap();
-    let wanted = wanted.split_whitespace().nth(1).unwrap().to_owned();
-    for program in ["gonio-coordinator", "gonio-worker", "gonio"] {
-        let image = format!("{program}:latest");
-        let label = "{{index .Config.Labels \"org.opencontainers.image.version\"}}";
-        let version = text(Command::new("docker").args(["image", "inspect", "--format", label, &image]));
-        if version.as_deref() != Some(&wanted) {
-            return Some(format!("there is no image {image} of version {wanted}: k8s/images/build makes it"));
-        }
-    }
-    None
+    let compose = text(Command::new("docker-compose").arg("version"));
+    images::missing().or_else(|| compose.is_none().then(|| "there is no docker-compose".to_owned()))
 }
 
 /// The farm, which goes with the test.
@@ -65,7 +39,7 @@ impl Farm {
         let top = tempfile::tempdir().unwrap();
         let farm = Self { project: format!("gonio-test-{}", std::process::id()), top };
         let secrets = farm.path("secrets");
-        assert!(out(Command::new(root().join("k8s/compose/certificates")).arg(&secrets)).is_some());
+        assert!(text(Command::new(root().join("k8s/compose/certificates")).arg(&secrets)).is_some());
         for folder in ["out", "captures"] {
             std::fs::create_dir(farm.path(folder)).unwrap();
         }

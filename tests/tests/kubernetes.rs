@@ -17,11 +17,15 @@ use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 #[path = "kubernetes/keda.rs"]
 mod keda;
+#[path = "kubernetes/pod.rs"]
+mod pod;
+#[path = "kubernetes/slurm.rs"]
+mod slurm;
 
 const PORT: i32 = 7300;
 /// Of probes and metrics.
@@ -294,6 +298,30 @@ fn every_overlay_is_built() {
         for pod in pods {
             assert_eq!(pod["spec"]["template"]["metadata"]["labels"]["app.kubernetes.io/part-of"], "gonio");
         }
+    }
+}
+
+/// By the schemas of another project, strictly; its program comes from PyPI.
+#[test]
+fn kubernetes_validate_accepts_what_the_overlays_render_to() {
+    let python = std::env::var("GONIO_TEST_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let there = |program: &str, arguments: &[&str]| {
+        Command::new(program).args(arguments).output().is_ok_and(|output| output.status.success())
+    };
+    if !there(&python, &["-c", "import kubernetes_validate"]) || !there("kubectl", &["version", "--client"]) {
+        println!("skipped: there is no kubectl, or {python} has no kubernetes_validate");
+        return;
+    }
+    let program = "import sys, yaml, kubernetes_validate as k\n\
+        for d in yaml.safe_load_all(sys.stdin):\n\
+        \x20   if 'keda.sh' not in d['apiVersion']:\n\
+        \x20       k.validate(d, k.latest_version(), strict=True); print(d['kind'])\n";
+    for overlay in std::fs::read_dir(folder().join("overlays")).unwrap() {
+        let overlay = overlay.unwrap().path();
+        let built = Command::new("kubectl").arg("kustomize").arg(&overlay).stdout(Stdio::piped()).spawn().unwrap();
+        let checked = Command::new(&python).args(["-c", program]).stdin(built.stdout.unwrap()).output().unwrap();
+        assert!(checked.status.success(), "{}: {}", overlay.display(), String::from_utf8_lossy(&checked.stderr));
+        assert!(String::from_utf8_lossy(&checked.stdout).matches("Deployment").count() == 2);
     }
 }
 

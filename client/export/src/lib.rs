@@ -9,6 +9,7 @@
 //! pbrt's `coateddiffuse` know that; the others do not, and get the colour of
 //! [`Exchange::plain_colour`](gonio_tracer::bsdf::Exchange::plain_colour).
 
+mod atlas;
 mod blender;
 mod error;
 mod files;
@@ -18,12 +19,15 @@ mod ledger;
 mod matrix;
 mod mitsuba;
 mod name;
+mod paint;
 mod part;
 mod pbrt;
+mod ply;
 mod scene;
 mod sensor;
 mod sky;
 mod surface;
+mod texture;
 mod usd;
 mod view;
 
@@ -45,7 +49,7 @@ pub const RECORD_FILE: &str = "export.json";
 /// # Errors
 /// A capture without a photo or an object; a mesh or a map that is missing or broken; a number outside of its model's range.
 pub fn export(capture: &Capture, files: &dyn Files, format: Format) -> Result<Export> {
-    let scene = Scene::of(capture, files)?;
+    let scene = Scene::of(capture, files, format)?;
     let mut ledger = Ledger::new(capture);
     let mut out = sensor::files(&scene, &mut ledger)?;
     scene.judge(&mut ledger);

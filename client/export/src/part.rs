@@ -4,29 +4,34 @@ use crate::Result;
 use crate::ledger::Ledger;
 use crate::matrix::{self, Matrix, diagonal, direction};
 use crate::name::Names;
-use gonio_scene::capture::CAPTURE_FILE;
-use gonio_scene::mesh::Mesh;
-use gonio_scene::{Capture, SceneError};
-use std::collections::BTreeMap;
+use crate::paint::Paint;
+use gonio_scene::capture::{CAPTURE_FILE, Object};
+use gonio_scene::mesh::{Look, Mesh};
+use gonio_scene::textures::wants_look;
+use gonio_scene::{Assets, Capture, SceneError};
 use std::sync::Arc;
 
-/// An object that is there.
+/// What an object that is there has of one material.
 pub struct Part {
     /// A name for files and nodes.
     pub stem: String,
     /// Index of its material.
     pub material: usize,
-    /// The file's mesh, or one that holds the placement's shear or mirror.
+    /// How its material varies.
+    pub paint: Paint,
+    /// Texture coordinates of each vertex, where a texture varies its material: u to the right, v down.
+    pub coordinates: Option<Vec<[f32; 2]>>,
+    /// The file's triangles, or some that hold the placement's shear or mirror.
     pub mesh: Arc<Mesh>,
     /// Maps mesh coordinates to world coordinates: a rotation, a scale along the mesh's axes, a translation.
     pub to_world: Matrix,
 }
 
-/// The objects of `capture` that are there, those whose presence is at least a half.
+/// The objects of `capture` that are there, those whose presence is at least a half; each material of an object is a part.
 ///
 /// # Errors
-/// A mesh that was not read, a placement that flattens it.
-pub fn parts(capture: &Capture, meshes: &BTreeMap<String, Arc<Mesh>>) -> Result<Vec<Part>> {
+/// A mesh that was not read, a placement that flattens it, a map that its mesh cannot serve.
+pub fn parts(capture: &Capture, assets: &Assets) -> Result<Vec<Part>> {
     let mut names = Names::default();
     let mut parts = Vec::new();
     for object in capture.objects.iter().filter(|object| object.presence >= 0.5) {
@@ -37,13 +42,86 @@ pub fn parts(capture: &Capture, meshes: &BTreeMap<String, Arc<Mesh>>) -> Result<
         if !place.iter().flatten().all(|entry| entry.is_finite()) || determinant(&place) == 0.0 {
             return Err(refuse("has a placement that flattens it", "mend object_to_world and scale").into());
         }
-        let mesh = meshes.get(&object.mesh).ok_or_else(|| refuse("has a mesh that was not read", "report this"))?;
-        let material = capture.materials.iter().position(|material| material.name == object.material);
-        let material = material.ok_or_else(|| refuse("has no material", "name a [[material]] of this capture"))?;
-        let (mesh, to_world) = if is_sheared(&place) { baked_into(mesh, &place) } else { (mesh.clone(), place) };
-        parts.push(Part { stem: names.file(&object.name), material, mesh, to_world });
+        let mesh =
+            assets.meshes.get(&object.mesh).ok_or_else(|| refuse("has a mesh that was not read", "report this"))?;
+        for piece in pieces(capture, assets, object, mesh)? {
+            let (mesh, to_world) =
+                if is_sheared(&place) { baked_into(&piece.mesh, &place) } else { (piece.mesh, place) };
+            let name =
+                if piece.name.is_empty() { object.name.clone() } else { format!("{}-{}", object.name, piece.name) };
+            let (stem, paint, coordinates) = (names.file(&name), piece.paint, piece.coordinates);
+            parts.push(Part { stem, material: piece.material, paint, coordinates, mesh, to_world });
+        }
     }
     Ok(parts)
+}
+
+/// The triangles of an object that have one material.
+struct Piece {
+    /// Of the mesh file's own material, where it has several.
+    name: String,
+    material: usize,
+    paint: Paint,
+    coordinates: Option<Vec<[f32; 2]>>,
+    mesh: Arc<Mesh>,
+}
+
+fn pieces(capture: &Capture, assets: &Assets, object: &Object, mesh: &Arc<Mesh>) -> Result<Vec<Piece>> {
+    let groups = assets.parts(capture, object)?;
+    let look = assets.looks.get(&object.mesh).filter(|_| wants_look(capture, object));
+    let piece = |(index, group): (usize, gonio_scene::textures::Part)| {
+        let Some(look) = look else {
+            let paint = Paint::default();
+            return Some(Piece {
+                name: String::new(),
+                material: group.material,
+                paint,
+                coordinates: None,
+                mesh: mesh.clone(),
+            });
+        };
+        let (mesh, vertices) = only(mesh, |triangle| look.group_of(triangle) == index)?;
+        let colours: Option<Vec<[f32; 3]>> = look.colours.as_deref().map(|all| picked(all, &vertices));
+        let paint = Paint::new(&group.maps, colours.as_deref(), &assets.textures);
+        let coordinates = look.coordinates.as_deref().filter(|_| paint.textured()).map(|all| picked(all, &vertices));
+        let name = if look.groups.len() > 1 { group_name(look, index) } else { String::new() };
+        Some(Piece { name, material: group.material, paint, coordinates, mesh })
+    };
+    Ok(groups.into_iter().enumerate().filter_map(piece).collect())
+}
+
+fn group_name(look: &Look, index: usize) -> String {
+    let name = &look.groups[index].name;
+    if name.is_empty() { index.to_string() } else { name.clone() }
+}
+
+fn picked<T: Copy>(all: &[T], vertices: &[usize]) -> Vec<T> {
+    vertices.iter().map(|vertex| all[*vertex]).collect()
+}
+
+/// The triangles that `keep` names and the vertices that they use, by their numbers before; `None` where there are none.
+#[allow(clippy::cast_possible_truncation)] // A mesh has fewer than 2^32 vertices.
+fn only(mesh: &Arc<Mesh>, keep: impl Fn(usize) -> bool) -> Option<(Arc<Mesh>, Vec<usize>)> {
+    let triangles: Vec<[u32; 3]> =
+        (0..mesh.triangles.len()).filter(|index| keep(*index)).map(|index| mesh.triangles[index]).collect();
+    if triangles.is_empty() {
+        return None;
+    }
+    let mut number = vec![u32::MAX; mesh.positions.len()];
+    let mut vertices = Vec::new();
+    for vertex in triangles.iter().flatten().map(|vertex| *vertex as usize) {
+        if number[vertex] == u32::MAX {
+            number[vertex] = vertices.len() as u32;
+            vertices.push(vertex);
+        }
+    }
+    let kept = Mesh {
+        positions: picked(&mesh.positions, &vertices),
+        normals: mesh.normals.as_deref().map(|normals| picked(normals, &vertices)),
+        triangles: triangles.iter().map(|triangle| triangle.map(|vertex| number[vertex as usize])).collect(),
+        degenerate: 0,
+    };
+    Some((Arc::new(kept), vertices))
 }
 
 /// Judges the objects' numbers: they are the same in all formats.
@@ -56,7 +134,7 @@ pub fn judge(capture: &Capture, ledger: &mut Ledger) {
         } else {
             ledger.exact(&name, "the object's motion");
         }
-        ledger.lost(&format!("{name}.materials"), "the whole part has one material");
+        ledger.exact(&format!("{name}.materials"), "each material's triangles are a shape of their own");
         let name = format!("{name}.presence");
         if object.presence == 0.0 {
             ledger.exact(&name, "left out");
@@ -122,6 +200,18 @@ mod tests {
             triangles: vec![[0, 1, 2]],
             degenerate: 0,
         }
+    }
+
+    #[test]
+    fn a_piece_has_its_triangles_and_the_vertices_that_they_use() {
+        let mut two = triangle();
+        two.positions.push([1.0, 1.0, 0.0]);
+        two.normals = None;
+        two.triangles.push([1, 3, 2]);
+        let (piece, vertices) = only(&Arc::new(two.clone()), |index| index == 1).unwrap();
+        assert_eq!((vertices.as_slice(), piece.triangles.as_slice()), ([1, 3, 2].as_slice(), [[0, 1, 2]].as_slice()));
+        assert_eq!(piece.positions[1], [1.0, 1.0, 0.0]);
+        assert!(only(&Arc::new(two), |_| false).is_none());
     }
 
     #[test]

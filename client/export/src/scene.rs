@@ -1,5 +1,6 @@
 //! A capture as exporters need it: meshes read and placed, names made safe, photos resolved.
 
+use crate::atlas;
 use crate::ledger::Ledger;
 use crate::name::Names;
 use crate::part::{self, Part};
@@ -19,18 +20,20 @@ pub struct Scene<'a> {
     pub views: Vec<View>,
     /// The objects that are there.
     pub parts: Vec<Part>,
-    /// One per material, in the capture's order.
+    /// In the order of the capture's materials; more than one of a material that varies over parts.
     pub surfaces: Vec<Surface>,
+    /// By part: index of its surface.
+    of_part: Vec<usize>,
     /// The environment maps by their path in the capture.
     pub maps: BTreeMap<String, Map>,
 }
 
 impl<'a> Scene<'a> {
-    /// Reads what `capture` names.
+    /// Reads what `capture` names, as `format` needs it: where it has no vertex colours, textures hold them.
     ///
     /// # Errors
     /// No photo or no object; a mesh or map that is missing or broken.
-    pub fn of(capture: &'a Capture, files: &dyn Files) -> Result<Self> {
+    pub fn of(capture: &'a Capture, files: &dyn Files, format: Format) -> Result<Self> {
         let needed = [("photo", capture.photos.is_empty()), ("object", capture.objects.is_empty())];
         if let Some((key, _)) = needed.into_iter().find(|(_, missing)| *missing) {
             let problem = format!("is missing: there is no [[{key}]], so nothing is seen");
@@ -42,18 +45,22 @@ impl<'a> Scene<'a> {
         let assets = Assets::load(&seen, files)?;
         let mut names = Names::default();
         let mut maps = BTreeMap::new();
-        for (path, image) in assets.maps {
-            let name = std::path::Path::new(&path).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        for (path, image) in &assets.maps {
+            let name = std::path::Path::new(path).file_stem().unwrap_or_default().to_string_lossy().into_owned();
             let file = format!("maps/{}.exr", names.file(&name));
-            maps.insert(path, Map { file, image });
+            maps.insert(path.clone(), Map { file, image: image.clone() });
         }
-        Ok(Self {
-            capture,
-            views: view::views(capture),
-            parts: part::parts(capture, &assets.meshes)?,
-            surfaces: surface::surfaces(capture)?,
-            maps,
-        })
+        let mut parts = part::parts(capture, &assets)?;
+        // Mitsuba has them, but not below its roughplastic.
+        if matches!(format, Format::Mitsuba | Format::Pbrt) {
+            let unwrap = |part: Part| match part.paint.vertices() {
+                Some(colours) => atlas::unwrap(part, &colours),
+                None => part,
+            };
+            parts = parts.into_iter().map(unwrap).collect();
+        }
+        let (surfaces, of_part) = surface::surfaces(capture, &parts)?;
+        Ok(Self { capture, views: view::views(capture), parts, surfaces, of_part, maps })
     }
 
     /// Judges what is the same in all formats.
@@ -86,8 +93,8 @@ impl<'a> Scene<'a> {
         remarks
     }
 
-    /// The surface of a part.
-    pub fn surface(&self, part: &Part) -> &Surface {
-        &self.surfaces[part.material]
+    /// The parts, each with the index of its surface.
+    pub fn placed(&self) -> impl Iterator<Item = (&Part, usize)> {
+        self.parts.iter().zip(self.of_part.iter().copied())
     }
 }

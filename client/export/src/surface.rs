@@ -1,17 +1,25 @@
 //! Materials: what is there beyond the plain model, and colours for renderers with simpler ones.
 
 use crate::Result;
+use crate::ledger::Kept;
 use crate::ledger::Ledger;
 use crate::name::Names;
+use crate::paint::{Paint, Values, spread};
+use crate::part::Part;
 use gonio_scene::SceneError;
 use gonio_scene::capture::{CAPTURE_FILE, Capture, Effects, MapRole, Material, Model};
 use gonio_tracer::AIR;
 use gonio_tracer::bsdf::{Exchange, ParameterError};
 
-/// A material, and a name for files and nodes.
+/// A material as a part has it, and a name for files and nodes.
 pub struct Surface {
     pub stem: String,
+    /// Numbers that maps vary have their means over the part.
     pub material: Material,
+    /// How they vary.
+    pub paint: Paint,
+    /// By [`MapRole`]: the material's numbers before its maps.
+    numbers: [[f64; 3]; 3],
     /// Of a plastic: its boundary.
     plastic: Option<Boundary>,
 }
@@ -90,23 +98,56 @@ impl Effect {
     }
 }
 
-/// The materials of a capture.
+/// The materials of a capture, and by part which one is its own: parts that maps vary have one each.
 ///
 /// # Errors
 /// A plastic whose numbers no boundary has.
-pub fn surfaces(capture: &Capture) -> Result<Vec<Surface>> {
+pub fn surfaces(capture: &Capture, parts: &[Part]) -> Result<(Vec<Surface>, Vec<usize>)> {
     let mut names = Names::default();
-    let surface = |material: &Material| {
-        let plastic = match &material.model {
-            Model::Plastic { roughness, .. } => Some(boundary(&material.model, *roughness).map_err(|error| {
-                SceneError::new(CAPTURE_FILE, error.to_string(), "choose a value inside the model's domain")
-                    .at(format!("material.{}", material.name))
-            })?),
-            _ => None,
-        };
-        Ok(Surface { stem: names.file(&material.name), material: material.clone(), plastic })
+    let mut surfaces = Vec::new();
+    let mut of_part = vec![0; parts.len()];
+    for (index, material) in capture.materials.iter().enumerate() {
+        let (painted, plain): (Vec<usize>, Vec<usize>) = (0..parts.len())
+            .filter(|part| parts[*part].material == index)
+            .partition(|part| !parts[*part].paint.is_plain());
+        if painted.is_empty() || !plain.is_empty() {
+            plain.iter().for_each(|part| of_part[*part] = surfaces.len());
+            surfaces.push(Surface::new(names.file(&material.name), material, Paint::default())?);
+        }
+        for part in painted {
+            of_part[part] = surfaces.len();
+            let stem = names.file(&format!("{}-{}", material.name, parts[part].stem));
+            surfaces.push(Surface::new(stem, material, parts[part].paint.clone())?);
+        }
+    }
+    Ok((surfaces, of_part))
+}
+
+/// By [`MapRole`], each in three channels.
+fn numbers(material: &Material) -> [[f64; 3]; 3] {
+    let (base_color, roughness) = match &material.model {
+        Model::Lambert { base_color } => (*base_color, 1.0),
+        Model::Plastic { base_color, roughness, .. } => (*base_color, *roughness),
+        Model::Conductor { roughness, .. } => ([1.0; 3], *roughness),
     };
-    capture.materials.iter().map(surface).collect()
+    [base_color, [roughness; 3], [material.effects.metallic; 3]]
+}
+
+/// `material` with the means of what `paint` varies.
+fn averaged(material: &Material, paint: &Paint) -> Material {
+    let numbers = numbers(material);
+    let mean = |role: MapRole| spread(role, paint.mean(role, numbers[role as usize]));
+    let mut material = material.clone();
+    match &mut material.model {
+        Model::Lambert { base_color } => *base_color = mean(MapRole::BaseColor),
+        Model::Plastic { base_color, roughness, .. } => {
+            *base_color = mean(MapRole::BaseColor);
+            *roughness = mean(MapRole::Roughness)[0];
+        }
+        Model::Conductor { roughness, .. } => *roughness = mean(MapRole::Roughness)[0],
+    }
+    material.effects.metallic = mean(MapRole::Metallic)[0];
+    material
 }
 
 /// The boundary of a plastic, at another roughness than its own perhaps.
@@ -121,10 +162,42 @@ fn boundary(model: &Model, roughness: f64) -> std::result::Result<Boundary, Para
 }
 
 impl Surface {
-    /// Judges the effects: those that are not there are kept, of the others `says` tells.
-    pub fn judge_effects(&self, ledger: &mut Ledger, mut says: impl FnMut(&mut Ledger, Effect, &str)) {
+    fn new(stem: String, material: &Material, paint: Paint) -> Result<Self> {
+        let numbers = numbers(material);
+        let material = averaged(material, &paint);
+        let plastic = match &material.model {
+            Model::Plastic { roughness, .. } => Some(boundary(&material.model, *roughness).map_err(|error| {
+                SceneError::new(CAPTURE_FILE, error.to_string(), "choose a value inside the model's domain")
+                    .at(format!("material.{}", material.name))
+            })?),
+            _ => None,
+        };
+        Ok(Self { stem, material, paint, numbers, plastic })
+    }
+
+    /// A number of the material by vertex or texel, as `convert` makes it another renderer's; `None` where it is the same
+    /// everywhere. Numbers of one channel have it three times.
+    pub fn values(&self, role: MapRole, convert: impl Fn([f64; 3]) -> [f64; 3]) -> Option<Values> {
+        self.paint.values(role, self.numbers[role as usize], |value| convert(spread(role, value)))
+    }
+
+    /// Judges the effects and the maps: effects that are not there are kept, of the others `says` tells; of maps that vary
+    /// something, `map`.
+    pub fn judge_effects(
+        &self,
+        ledger: &mut Ledger,
+        map: impl Fn(MapRole) -> Kept,
+        mut says: impl FnMut(&mut Ledger, Effect, &str),
+    ) {
         for role in MapRole::ALL {
-            ledger.lost(&self.key(role.key()), NO_MAP);
+            if !self.paint.varies(role) {
+                ledger.exact(&self.key(role.key()), "a factor on its number");
+                continue;
+            }
+            ledger.judge(&self.key(role.key()), map(role));
+            if self.paint.averaged(role) {
+                ledger.approximated(&self.key(role.key()), "vertex colours by their mean, which the texture holds");
+            }
         }
         for effect in Effect::ALL {
             for key in effect.keys() {
@@ -152,6 +225,26 @@ impl Surface {
             (Model::Plastic { base_color, .. }, Some(boundary)) => base_color.map(|b| boundary.own.plain_colour(b)),
             (Model::Lambert { base_color }, _) => *base_color,
             _ => [0.0; 3],
+        }
+    }
+
+    /// As [`Surface::plain_colour`], of another base colour at the material's own roughness.
+    pub fn plain_colour_of(&self, colour: [f64; 3]) -> [f64; 3] {
+        self.plastic.map_or(colour, |boundary| colour.map(|b| boundary.own.plain_colour(b)))
+    }
+
+    /// The single colour of a surface that serves base and metal, of another base colour; as [`Surface::plain_colour_of`].
+    pub fn mixed_colour_of(&self, colour: [f64; 3]) -> [f64; 3] {
+        let (below, metal) = (self.plain_colour_of(colour), self.material.effects.metallic);
+        [0, 1, 2].map(|c| below[c] * (1.0 - metal) + colour[c] * metal)
+    }
+
+    /// Roughness and the share of metal, as metallic-roughness models have them.
+    pub fn shown_roughness_and_metallic(&self) -> [f64; 2] {
+        match &self.material.model {
+            Model::Lambert { .. } => [1.0, 0.0],
+            Model::Plastic { roughness, .. } => [*roughness, self.material.effects.metallic],
+            Model::Conductor { roughness, .. } => [*roughness, 1.0],
         }
     }
 
@@ -188,8 +281,8 @@ pub fn dielectric_mean(n: f64) -> f64 {
         + 8.0 * n4 * (n4 + 1.0) / (sum * (n4 - 1.0) * (n4 - 1.0)) * libm::log(n)
 }
 
-/// Why a map is lost.
-pub const NO_MAP: &str = "the export has the number without its map: the same all over the part";
+/// What a renderer without such a map shows.
+pub const MEAN: &str = "its mean over the part";
 
 /// Why a variation over the surface does not travel.
 pub const NO_TEXTURE: &str = "it varies over the object's box, and the meshes have no texture coordinates for a map";

@@ -67,6 +67,21 @@ impl Place {
         DirectoryFiles::new(&self.dir)
     }
 
+    /// Writes a file that the capture names, beside it.
+    ///
+    /// # Errors
+    /// Another file is there, or a disk that cannot be written to.
+    pub(super) fn add(&self, name: &str, bytes: &[u8]) -> std::result::Result<(), Failure> {
+        let path = self.dir.join(name);
+        if std::fs::read(&path).is_ok_and(|there| there != bytes) {
+            let mend = "name another folder by --out, or remove it";
+            return Err(
+                SceneError::new(path.display().to_string(), "exists already, with another content", mend).into()
+            );
+        }
+        Output::create(&self.dir, &[], &self.dir, &Capture::default())?.write(name, bytes).map(drop)
+    }
+
     /// Writes the draft, reads it back as any command will, and tells what it holds; `more` goes to the JSON object.
     ///
     /// # Errors

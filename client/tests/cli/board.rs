@@ -3,7 +3,7 @@
 use crate::exposures::{sky, stack};
 use crate::fixture::{TRUTH, capture, gonio, gray_png, json, refused, scene, succeeds};
 use drawn::{FOCAL, SIZE, charuco, photograph};
-use gonio_scene::capture::{LightKind, Response};
+use gonio_scene::capture::{LightKind, Response, Role};
 use gonio_scene::image::write_png8;
 use std::path::Path;
 
@@ -52,6 +52,44 @@ fn poses_of_a_known_camera(at: &Path, told: &serde_json::Value) {
     refused(at, &nothing, &["--board: no photo shows"]);
 }
 
+/// What fits at once: the part's place, masks, the board, a lamp and the room, what is free and who judges. One photo without
+/// a pose does not end it.
+fn whole_capture(at: &Path) {
+    std::fs::create_dir(at.join("masks")).unwrap();
+    for name in ["p0", "p1.mask"] {
+        gray_png(&at.join(format!("masks/{name}.png")), SIZE[0], SIZE[1]);
+    }
+    let photos = ["--photos", "p0.png", "p1.png", "empty.png", "p2.png", "p3.png", "p0.png", "--poses", "board"];
+    let more = ["--meshes", "capture/ball.ply", "--unit", "0.001", "--at", "0.1,-0.14,0.02,90", "--masks", "masks"];
+    let light = ["--board", BOARD, "--lamp", "0.5,-0.2,0.7,0.03", "--room", "--out", "whole/capture.toml"];
+    // The photo that is named twice makes five.
+    let output = gonio(at, &[&["new"], &photos[..], &more, &light].concat());
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{stderr}");
+    assert!(stderr.contains("empty.png: has no pose and is left out"), "{stderr}");
+    assert!(stderr.contains("no mask for p2, p3"), "{stderr}");
+    let whole = capture(&at.join("whole"));
+    let place = whole.objects[0].object_to_world;
+    assert!((place[1][0] - 0.001).abs() < 1e-12 && place[0][0].abs() < 1e-12 && place[1][3] == -0.14, "{place:?}");
+    assert_eq!(whole.photos[1].mask.as_deref(), Some("../masks/p1.mask.png"));
+    assert_eq!(whole.photos.iter().filter(|photo| photo.role == Role::HeldOut).count(), 1);
+    let objects: Vec<&str> = whole.objects.iter().map(|object| object.name.as_str()).collect();
+    assert_eq!(objects, ["ball", "board-white", "board-black"]);
+    assert!(matches!(whole.lights[0].kind, LightKind::Sphere { radius: 0.03, .. }));
+    let free = ["material.surface.base_color", "material.surface.roughness", "light.lamp.intensity"];
+    assert_eq!(whole.fit.parameters, [&free[..], &["light.lamp.position", "light.room.radiance"]].concat());
+    assert!(whole.sensor.read_noise > 0.0);
+    succeeds(at, &["check", "whole"]);
+    let bad = |option: &'static str, value: &'static str, says: &[&str]| {
+        refused(at, &["new", "--photos", "p0.png", "--out", "x/capture.toml", option, value], says);
+    };
+    bad("--at", "0.1,0.2", &["--at", "write X,Y,Z"]);
+    bad("--lamp", "0.1,0.2,0.3,-1", &["--lamp", "RADIUS"]);
+    bad("--board", "charuco:5x7", &["--board", "write charuco:"]);
+    bad("--masks", "nowhere", &["--masks", "cannot be read"]);
+    bad("--masks", "capture", &["--masks", "for none of the photos", "name masks as their photos"]);
+}
+
 #[test]
 fn a_board_gives_the_camera_and_a_capture_takes_its_poses() {
     let top = scene(TRUTH);
@@ -94,6 +132,8 @@ fn a_board_gives_the_camera_and_a_capture_takes_its_poses() {
     assert!(!text.contains("GUESS: on a circle") && text.contains("GUESS: the map's own brightness"), "{text}");
     succeeds(at, &["check", "part"]);
 
+    whole_capture(at);
+
     let guessed = ["new", "--photos", "p0.png", "--meshes", "capture/ball.ply", "--out", "guess/capture.toml"];
     succeeds(at, &guessed);
     refused(at, &guessed, &["guess/capture.toml: exists already", "--out"]);
@@ -102,7 +142,7 @@ fn a_board_gives_the_camera_and_a_capture_takes_its_poses() {
     refused(
         at,
         &new("x/capture.toml", &["--photos", "empty.png", "--poses", "board"]),
-        &["has no pose in board", "leave the photo out"],
+        &["empty.png: has no pose in board, nor has any other photo", "--poses"],
     );
     refused(at, &new("x/capture.toml", &["--photos", "p0.png", "--poses", "nowhere"]), &["nowhere: does not exist"]);
     refused(

@@ -17,7 +17,7 @@ pub(super) struct Chessboard {
     pub(super) columns: u32,
     pub(super) rows: u32,
     /// Side of a square, metres.
-    square: f64,
+    pub(super) square: f64,
 }
 
 /// Corners by their column and row on some grid, from (0, 0) on; pixel centres are whole numbers.

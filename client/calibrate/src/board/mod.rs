@@ -7,6 +7,7 @@ mod grid;
 mod layout;
 mod marker;
 mod partial;
+mod print;
 mod quad;
 mod refine;
 mod sighting;

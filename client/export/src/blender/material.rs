@@ -1,8 +1,13 @@
 //! A material as `scene.py` reads it.
 
-use crate::ledger::Ledger;
+use crate::Result;
+use crate::files::FileMap;
+use crate::ledger::{Kept, Ledger};
+use crate::paint::Values;
 use crate::surface::{Effect, NO_TEXTURE, SAME_DIFFUSE_LIGHT, Surface, metal_at_normal};
-use gonio_scene::capture::Model;
+use crate::texture::{self, Storage};
+use gonio_scene::capture::{MapRole, Model};
+use gonio_scene::mesh::Wrap;
 use serde_json::{Value, json};
 
 /// Colours are those of renderers without reflection below the boundary.
@@ -27,12 +32,51 @@ pub fn description(surface: &Surface) -> Value {
         .then(|| json!({ "color": effects.sheen_color, "roughness": effects.sheen_roughness }));
     let metal = [0, 1, 2].map(|c| metal_at_normal(eta[c], k[c]));
     json!({
-        "name": surface.stem, "model": surface.material.model.word(), "lobes": lobes, "ior": ior, "eta": eta, "k": k,
+        "maps": maps(surface), "name": surface.stem, "model": surface.material.model.word(), "lobes": lobes, "ior": ior, "eta": eta, "k": k,
         "metal_color": metal, "energy_compensation": compensated,
         "metallic": effects.metallic, "coat": coat, "sheen": sheen, "scatter_distance": effects.scatter_distance,
         "diffuse_roughness": effects.diffuse_roughness,
         "anisotropic_rotation": (effects.anisotropy_rotation / std::f64::consts::TAU).rem_euclid(1.0),
     })
+}
+
+/// A number by vertex or texel, as Cycles takes it.
+pub fn values(surface: &Surface, role: MapRole) -> Option<Values> {
+    match role {
+        MapRole::BaseColor => surface.values(role, |colour| surface.plain_colour_of(colour)),
+        MapRole::Roughness | MapRole::Metallic => surface.values(role, |value| value),
+    }
+}
+
+/// The files of a surface's textures.
+///
+/// # Errors
+/// A texture without pixels.
+pub fn textures(surface: &Surface, files: &mut FileMap) -> Result<()> {
+    MapRole::ALL
+        .into_iter()
+        .try_for_each(|role| texture::add(files, surface, role, Storage::Exact, values(surface, role).as_ref()))
+}
+
+/// What varies, by Principled's socket: an image, or the mesh's colours.
+fn maps(surface: &Surface) -> Value {
+    let sockets =
+        [(MapRole::BaseColor, "Base Color"), (MapRole::Roughness, "Roughness"), (MapRole::Metallic, "Metallic")];
+    let map = |(role, socket): (MapRole, &str)| {
+        let map = match values(surface, role)? {
+            Values::Vertices(_) => json!({ "file": null }),
+            Values::Texture { wrap, .. } => {
+                let extension = match wrap[0] {
+                    Wrap::Repeat => "REPEAT",
+                    Wrap::Mirror => "MIRROR",
+                    Wrap::Clamp => "EXTEND",
+                };
+                json!({ "file": texture::file(surface, role, Storage::Exact), "extension": extension })
+            }
+        };
+        Some((socket.to_owned(), map))
+    };
+    Value::Object(sockets.into_iter().filter_map(map).collect())
 }
 
 /// One GGX lobe with what is below it. Principled stretches a lobe to alpha = roughness^2 / a along its tangent and
@@ -66,7 +110,8 @@ pub fn judge(surface: &Surface, ledger: &mut Ledger) {
             ledger.exact(&key("energy_compensation"), "the distribution: multiscatter GGX, or GGX");
         }
     }
-    surface.judge_effects(ledger, |ledger, effect, name| match effect {
+    let map = |_| Kept::Exact("an image texture, or the mesh's colours, of these numbers".to_owned());
+    surface.judge_effects(ledger, map, |ledger, effect, name| match effect {
         Effect::SecondLobe => ledger.exact(name, "a second Principled in a mix shader"),
         Effect::Metallic => ledger.approximated(name, "Principled's metal"),
         Effect::Coat => ledger.approximated(name, "Principled's coat, which takes other shares of the light below it"),

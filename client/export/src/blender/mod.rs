@@ -6,11 +6,11 @@ use crate::Result;
 use crate::files::{FileMap, pretty};
 use crate::ledger::Ledger;
 use crate::matrix::with_z;
+use crate::ply::{self, Upwards};
 use crate::scene::Scene;
 use crate::sky;
 use crate::view::{Lamp, Shape, View, for_each_camera};
-use gonio_scene::capture::LightKind;
-use gonio_scene::mesh::write_ply;
+use gonio_scene::capture::{LightKind, MapRole};
 use serde_json::{Map, Value, json};
 
 const SCRIPT: &str = include_str!("scene.py");
@@ -24,10 +24,14 @@ pub fn files(scene: &Scene<'_>, ledger: &mut Ledger) -> Result<FileMap> {
     let mut files = sky::files(scene)?;
     files.insert("scene.py".to_owned(), SCRIPT.as_bytes().to_vec());
     let mut objects = Vec::new();
-    for part in &scene.parts {
+    for (part, surface) in scene.placed() {
         let mesh = format!("meshes/{}.ply", part.stem);
-        objects.push(json!({ "name": part.stem, "mesh": mesh, "material": part.material, "to_world": part.to_world }));
-        files.insert(mesh, write_ply(&part.mesh));
+        objects.push(json!({ "name": part.stem, "mesh": mesh, "material": surface, "to_world": part.to_world }));
+        let colours = material::values(&scene.surfaces[surface], MapRole::BaseColor);
+        files.insert(mesh, ply::write(part, colours.as_ref(), Upwards::Up));
+    }
+    for surface in &scene.surfaces {
+        material::textures(surface, &mut files)?;
     }
     let photos: Map<String, Value> = scene.views.iter().map(|view| (view.name.clone(), photo(scene, view))).collect();
     let materials: Vec<Value> = scene.surfaces.iter().map(material::description).collect();

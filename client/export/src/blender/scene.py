@@ -94,7 +94,8 @@ def add(name, data, to_world):
 
 
 def mesh(part):
-    points, normals, triangles = read_ply(os.path.join(FOLDER, part["mesh"]))
+    columns, triangles = read_ply(os.path.join(FOLDER, part["mesh"]))
+    points, normals = columns["x", "y", "z"], columns["nx", "ny", "nz"]
     data = bpy.data.meshes.new(part["name"])
     data.from_pydata(points.tolist(), [], triangles.tolist())
     smooth = normals is not None
@@ -103,19 +104,29 @@ def mesh(part):
         if hasattr(data, "use_auto_smooth"):  # Before Blender 4.1.
             data.use_auto_smooth = True
         data.normals_split_custom_set_from_vertices(normals.tolist())
+    corners = np.empty(len(data.loops), int)
+    data.loops.foreach_get("vertex_index", corners)
+    if columns["u", "v"] is not None:
+        data.uv_layers.new(name="UVMap").data.foreach_set("uv", columns["u", "v"][corners].ravel())
+    if columns["r", "g", "b"] is not None:
+        colours = np.ones((len(points), 4), np.float32)
+        colours[:, :3] = columns["r", "g", "b"]
+        data.color_attributes.new("Color", "FLOAT_COLOR", "POINT").data.foreach_set("color", colours.ravel())
     return data
 
 
 def read_ply(path):
-    """Points, normals or None, triangles of a file as this export writes it."""
+    """Columns by their names, None where they are not there, and triangles of a file as this export writes it."""
     with open(path, "rb") as file:
         head, body = file.read().split(b"end_header\n", 1)
     lines = [line.split() for line in head.decode().splitlines()]
     vertices, faces = (int(line[2]) for line in lines if line[0] == "element")
-    columns = 6 if b"nx" in head else 3
-    table = np.frombuffer(body, "<f4", vertices * columns).reshape(vertices, columns)
-    rest = np.frombuffer(body, np.dtype([("n", "u1"), ("v", "<u4", 3)]), faces, vertices * columns * 4)
-    return table[:, :3], table[:, 3:] if columns == 6 else None, rest["v"]
+    names = [line[2] for line in lines if line[:2] == ["property", "float"]]
+    table = np.frombuffer(body, "<f4", vertices * len(names)).reshape(vertices, len(names))
+    groups = [("x", "y", "z"), ("nx", "ny", "nz"), ("u", "v"), ("r", "g", "b")]
+    columns = {group: table[:, [names.index(name) for name in group]] if group[0] in names else None for group in groups}
+    rest = np.frombuffer(body, np.dtype([("n", "u1"), ("v", "<u4", 3)]), faces, vertices * len(names) * 4)
+    return columns, rest["v"]
 
 
 def lamp(name, one):
@@ -188,6 +199,7 @@ def lambert(tree, one):
         return principled(tree, one, one["lobes"][0], level=0.0)
     node = tree.nodes.new("ShaderNodeBsdfDiffuse")
     node.inputs["Color"].default_value = (*one["lobes"][0]["color"], 1.0)
+    vary(tree, one, "Base Color", node.inputs["Color"])
     node.inputs["Roughness"].default_value = min(1.0, one["diffuse_roughness"])
     return node
 
@@ -214,6 +226,10 @@ def principled(tree, one, lobe, level=0.5):
     put["Metallic"].default_value = one["metallic"]
     put["Anisotropic"].default_value = lobe["anisotropic"]
     put["Anisotropic Rotation"].default_value = one["anisotropic_rotation"]
+    vary(tree, one, "Base Color", put["Base Color"])
+    vary(tree, one, "Metallic", put["Metallic"])
+    if lobe is one["lobes"][0]:
+        vary(tree, one, "Roughness", put["Roughness"])
     if lobe["anisotropic"] > 0:
         tangent(tree, put["Tangent"])
     if "Diffuse Roughness" in put:  # From Blender 4.3.
@@ -250,9 +266,26 @@ def conductor(tree, one):
         node.inputs["Anisotropic"].default_value = lobe["anisotropic"]
         node.inputs["Anisotropic Rotation"].default_value = one["anisotropic_rotation"]
     node.inputs["Roughness"].default_value = lobe["roughness"]
+    vary(tree, one, "Roughness", node.inputs["Roughness"])
     if lobe["anisotropic"] > 0:
         tangent(tree, node.inputs["Tangent"])
     return node
+
+
+def vary(tree, one, socket, into):
+    """Puts the map of a number, if it has one, into a node's input."""
+    if socket not in one["maps"]:
+        return
+    map = one["maps"][socket]
+    if map["file"] is None:
+        node = tree.nodes.new("ShaderNodeVertexColor")
+        node.layer_name = "Color"
+    else:
+        node = tree.nodes.new("ShaderNodeTexImage")
+        node.image = bpy.data.images.load(os.path.join(FOLDER, map["file"]), check_existing=True)
+        node.image.colorspace_settings.name = "Non-Color"
+        node.extension = map["extension"]
+    tree.links.new(node.outputs["Color"], into)
 
 
 def tangent(tree, into):

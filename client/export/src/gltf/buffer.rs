@@ -1,7 +1,8 @@
 //! The binary part of a GLB: vertices, normals, tangents, indices.
 
 use crate::matrix::{cross, unit};
-use gonio_scene::mesh::Mesh;
+use crate::paint::Values;
+use crate::part::Part;
 use serde_json::{Map, Value, json};
 
 /// Component types and targets of glTF.
@@ -19,9 +20,19 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// A primitive of triangles of `material`. A mesh without normals is shaded by its faces, as glTF says of a primitive that has
+    /// The bytes of an image; index of their view.
+    pub fn image(&mut self, bytes: &[u8]) -> usize {
+        let (offset, length) = (self.bytes.len(), bytes.len());
+        self.views.push(json!({ "buffer": 0, "byteOffset": offset, "byteLength": length }));
+        self.bytes.extend_from_slice(bytes);
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.views.len() - 1
+    }
+
+    /// A primitive of triangles of `material`, with `colours` where they are those of vertices. A mesh without normals is shaded by its faces, as glTF says of a primitive that has
     /// none. `tangents`, where wanted, are cross(z, normal) turned by so many radians about the normal.
-    pub fn mesh(&mut self, mesh: &Mesh, tangents: Option<f64>, material: usize) -> Value {
+    pub fn mesh(&mut self, part: &Part, colours: Option<&Values>, tangents: Option<f64>, material: usize) -> Value {
+        let mesh = &part.mesh;
         let mut attributes = Map::new();
         let positions = self.vertices(&mesh.positions);
         let extreme = |start: f32, pick: fn(f32, f32) -> f32| {
@@ -37,6 +48,12 @@ impl Buffer {
                 attributes.insert("TANGENT".to_owned(), self.vertices(&tangents).into());
             }
         }
+        if let Some(coordinates) = &part.coordinates {
+            attributes.insert("TEXCOORD_0".to_owned(), self.vertices(coordinates).into());
+        }
+        if let Some(Values::Vertices(colours)) = colours {
+            attributes.insert("COLOR_0".to_owned(), self.vertices(colours).into());
+        }
         let bytes: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|index| index.to_le_bytes()).collect();
         let view = self.view(&bytes, INDICES);
         let indices = self.accessor(view, UNSIGNED, mesh.triangles.len() * 3, "SCALAR");
@@ -46,11 +63,11 @@ impl Buffer {
     fn vertices<const N: usize>(&mut self, values: &[[f32; N]]) -> usize {
         let bytes: Vec<u8> = values.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
         let view = self.view(&bytes, VERTICES);
-        self.accessor(view, FLOAT, values.len(), if N == 4 { "VEC4" } else { "VEC3" })
+        self.accessor(view, FLOAT, values.len(), ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1])
     }
 
     fn view(&mut self, bytes: &[u8], target: u32) -> usize {
-        // All of it is of four bytes, so that each part begins at a multiple of four.
+        // All of it is of four bytes or filled up to them, so that each part begins at a multiple of four.
         let (offset, length) = (self.bytes.len(), bytes.len());
         self.views.push(json!({ "buffer": 0, "byteOffset": offset, "byteLength": length, "target": target }));
         self.bytes.extend_from_slice(bytes);

@@ -1,8 +1,9 @@
 //! A material of glTF: metallic-roughness with its extensions.
 
-use crate::ledger::Ledger;
+use super::texture;
+use crate::ledger::{Kept, Ledger};
 use crate::surface::{Effect, NO_TEXTURE, SAME_DIFFUSE_LIGHT, Surface, metal_at_normal};
-use gonio_scene::capture::Model;
+use gonio_scene::capture::{MapRole, Model};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
@@ -21,10 +22,8 @@ pub fn of(surface: &Surface, used: &mut BTreeSet<&'static str>) -> Value {
         }
         Model::Plastic { base_color, roughness, ior, .. } => {
             extend("KHR_materials_ior", json!({ "ior": ior }));
-            let below = surface.plain_colour(*roughness);
-            let metal = effects.metallic;
             // A single colour serves base and metal.
-            ([0, 1, 2].map(|c| below[c] * (1.0 - metal) + base_color[c] * metal), metal, *roughness)
+            (surface.mixed_colour_of(*base_color), effects.metallic, *roughness)
         }
         Model::Conductor { roughness, eta, k } => ([0, 1, 2].map(|c| metal_at_normal(eta[c], k[c])), 1.0, *roughness),
     };
@@ -72,7 +71,11 @@ pub fn judge(surface: &Surface, ledger: &mut Ledger) {
             );
         }
     }
-    surface.judge_effects(ledger, |ledger, effect, name| match effect {
+    let map = |role: MapRole| match texture::values(surface, role) {
+        Some(crate::paint::Values::Texture { .. }) => Kept::Approximated("a PNG of 8 bits".to_owned()),
+        _ => Kept::Exact("the mesh's COLOR_0".to_owned()),
+    };
+    surface.judge_effects(ledger, map, |ledger, effect, name| match effect {
         Effect::Coat if name.ends_with("ior") && surface.material.effects.clearcoat_ior != 1.5 => {
             ledger.lost(name, "KHR_materials_clearcoat has 1.5");
         }

@@ -6,6 +6,7 @@
 mod buffer;
 mod light;
 mod material;
+mod texture;
 
 use crate::Result;
 use crate::files::FileMap;
@@ -16,9 +17,10 @@ use crate::sky;
 use crate::surface::Effect;
 use crate::view::{View, for_each_camera};
 use buffer::Buffer;
-use gonio_scene::capture::{Camera, LightKind};
+use gonio_scene::capture::{Camera, LightKind, MapRole};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
+use texture::Textures;
 
 const FILE: &str = "scene.glb";
 
@@ -32,15 +34,22 @@ const UPRIGHT: Matrix = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0,
 pub fn files(scene: &Scene<'_>, ledger: &mut Ledger) -> Result<FileMap> {
     judge(scene, ledger);
     let mut used = BTreeSet::new();
-    let materials: Vec<Value> = scene.surfaces.iter().map(|surface| material::of(surface, &mut used)).collect();
     let mut buffer = Buffer::default();
+    let mut textures = Textures::default();
+    let mut materials = Vec::new();
+    for surface in &scene.surfaces {
+        let mut material = material::of(surface, &mut used);
+        textures.vary(surface, &mut material, &mut buffer)?;
+        materials.push(material);
+    }
     let meshes: Vec<Value> = scene
-        .parts
-        .iter()
-        .map(|part| {
-            let turn = scene.surface(part).material.effects.anisotropy_rotation;
-            let tangents = scene.surface(part).has(Effect::Anisotropy).then_some(turn);
-            let primitive = buffer.mesh(&part.mesh, tangents, part.material);
+        .placed()
+        .map(|(part, index)| {
+            let surface = &scene.surfaces[index];
+            let turn = surface.material.effects.anisotropy_rotation;
+            let tangents = surface.has(Effect::Anisotropy).then_some(turn);
+            let colours = texture::values(surface, MapRole::BaseColor);
+            let primitive = buffer.mesh(part, colours.as_ref(), tangents, index);
             json!({ "name": part.stem, "primitives": [primitive] })
         })
         .collect();
@@ -83,6 +92,7 @@ pub fn files(scene: &Scene<'_>, ledger: &mut Ledger) -> Result<FileMap> {
     if !used.is_empty() {
         root["extensionsUsed"] = json!(used);
     }
+    textures.finish(&mut root);
     let mut files = sky::files(scene)?;
     files.insert(FILE.to_owned(), buffer.glb(root));
     Ok(files)

@@ -9,9 +9,9 @@ use crate::Result;
 use crate::files::{FileMap, pretty};
 use crate::ledger::Ledger;
 use crate::part::Part;
+use crate::ply::{self, Upwards};
 use crate::scene::Scene;
 use crate::view::View;
-use gonio_scene::mesh::write_ply;
 use node::{Node, Value};
 
 const SCRIPT: &str = include_str!("scene.py");
@@ -22,11 +22,13 @@ const SCRIPT: &str = include_str!("scene.py");
 /// A map that cannot be encoded.
 pub fn files(scene: &Scene<'_>, ledger: &mut Ledger) -> Result<FileMap> {
     let mut files = FileMap::from([("scene.py".to_owned(), SCRIPT.as_bytes().to_vec())]);
-    for part in &scene.parts {
-        files.insert(mesh_file(part), write_ply(&part.mesh));
-    }
+    let mut materials = Vec::new();
     for surface in &scene.surfaces {
         surface::judge(surface, ledger);
+        materials.push(surface::bsdf(surface, &mut files)?.called(&format!("material-{}", surface.stem)));
+    }
+    for part in &scene.parts {
+        files.insert(mesh_file(part), ply::write(part, None, Upwards::Down));
     }
     camera::judge(scene, ledger);
     light::judge(scene, ledger);
@@ -34,7 +36,7 @@ pub fn files(scene: &Scene<'_>, ledger: &mut Ledger) -> Result<FileMap> {
     for view in &scene.views {
         let (sky, sky_files) = light::sky(scene, view)?;
         files.extend(sky_files);
-        let tree = tree(scene, view, sky);
+        let tree = tree(scene, view, &materials, sky);
         files.insert(format!("{}.xml", view.stem), tree.to_xml().into_bytes());
         objects.insert(view.name.clone(), tree.to_object());
     }
@@ -47,20 +49,19 @@ fn mesh_file(part: &Part) -> String {
 }
 
 /// The scene of one photo.
-fn tree(scene: &Scene<'_>, view: &View, sky: Option<Node>) -> Node {
+fn tree(scene: &Scene<'_>, view: &View, materials: &[Node], sky: Option<Node>) -> Node {
     let mut tree = Node::new("scene", "scene");
     let path = Node::new("integrator", "path").with("max_depth", Value::Integer(-1));
     tree = tree.with("integrator", Value::Node(path)).with("sensor", Value::Node(camera::sensor(view)));
-    for surface in &scene.surfaces {
-        let name = format!("material-{}", surface.stem);
-        tree = tree.with(&name, Value::Node(surface::bsdf(surface).called(&name)));
+    for (surface, material) in scene.surfaces.iter().zip(materials) {
+        tree = tree.with(&format!("material-{}", surface.stem), Value::Node(material.clone()));
     }
-    for part in &scene.parts {
+    for (part, surface) in scene.placed() {
         let shape = Node::new("shape", "ply")
             .with("filename", Value::File(mesh_file(part)))
             .with("face_normals", Value::Switch(part.mesh.normals.is_none()))
             .with("to_world", Value::Matrix(part.to_world))
-            .with("bsdf", Value::Reference(format!("material-{}", scene.surface(part).stem)));
+            .with("bsdf", Value::Reference(format!("material-{}", scene.surfaces[surface].stem)));
         tree = tree.with(&format!("object-{}", part.stem), Value::Node(shape));
     }
     for (number, lamp) in view.lamps.iter().enumerate() {

@@ -8,9 +8,9 @@ use crate::Result;
 use crate::files::FileMap;
 use crate::ledger::Ledger;
 use crate::matrix::{columns, diagonal, product, rigid_inverse};
+use crate::ply::{self, Upwards};
 use crate::scene::Scene;
 use crate::view::{View, for_each_camera};
-use gonio_scene::mesh::write_ply;
 use std::fmt::Write;
 
 /// The scenes, their meshes and maps.
@@ -25,7 +25,10 @@ pub fn files(scene: &Scene<'_>, ledger: &mut Ledger) -> Result<FileMap> {
     light::judge(scene, ledger);
     let mut files = light::maps(scene)?;
     for part in &scene.parts {
-        files.insert(format!("meshes/{}.ply", part.stem), write_ply(&part.mesh));
+        files.insert(format!("meshes/{}.ply", part.stem), ply::write(part, None, Upwards::Up));
+    }
+    for surface in &scene.surfaces {
+        material::textures(surface, &mut files)?;
     }
     for view in &scene.views {
         let mut text = String::new();
@@ -78,8 +81,8 @@ fn write(scene: &Scene<'_>, view: &View, out: &mut String) -> std::fmt::Result {
         material::write(surface, out)?;
     }
     light::write(scene, view, out)?;
-    for part in &scene.parts {
-        writeln!(out, "AttributeBegin\n    NamedMaterial \"{}\"", scene.surface(part).stem)?;
+    for (part, surface) in scene.placed() {
+        writeln!(out, "AttributeBegin\n    NamedMaterial \"{}\"", scene.surfaces[surface].stem)?;
         writeln!(out, "    ConcatTransform [ {} ]", list(&columns(&part.to_world)))?;
         writeln!(out, "    Shape \"plymesh\" \"string filename\" [ \"meshes/{}.ply\" ]\nAttributeEnd", part.stem)?;
     }

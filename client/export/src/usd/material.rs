@@ -1,9 +1,10 @@
 //! A material as `UsdPreviewSurface`, and as OpenPBR by MaterialX.
 
 use super::text::triple;
-use crate::ledger::Ledger;
+use super::texture;
+use crate::ledger::{Kept, Ledger};
 use crate::surface::{Effect, NO_TEXTURE, SAME_DIFFUSE_LIGHT, Surface, metal_at_normal};
-use gonio_scene::capture::Model;
+use gonio_scene::capture::{MapRole, Model};
 use std::fmt::Write;
 
 /// What both shaders are made of.
@@ -54,34 +55,39 @@ pub fn write(surface: &Surface, name: &str, out: &mut String) -> std::fmt::Resul
     writeln!(out, "        def Material \"{name}\"\n        {{")?;
     writeln!(out, "            token outputs:surface.connect = <{path}/Preview.outputs:surface>")?;
     writeln!(out, "            token outputs:mtlx:surface.connect = <{path}/OpenPBR.outputs:out>\n")?;
+    texture::write(surface, &path, out)?;
     let mut shader = |prim: &str, id: &str, inputs: &[(&str, String)], output: &str| {
         writeln!(out, "            def Shader \"{prim}\"\n            {{")?;
         writeln!(out, "                uniform token info:id = \"{id}\"")?;
         for (input, value) in inputs {
-            let kind = match value.starts_with('(') {
-                true => "color3f",
-                false if *input == "useSpecularWorkflow" => "int",
-                false => "float",
+            let connect = if value.starts_with('<') { ".connect" } else { "" };
+            let kind = match *input {
+                "diffuseColor" | "base_color" => "color3f",
+                "useSpecularWorkflow" => "int",
+                _ if value.starts_with('(') => "color3f",
+                _ => "float",
             };
-            writeln!(out, "                {kind} inputs:{input} = {value}")?;
+            writeln!(out, "                {kind} inputs:{input}{connect} = {value}")?;
         }
         writeln!(out, "                token outputs:{output}\n            }}")
     };
+    let preview_of = |role: MapRole, number: String| texture::preview(surface, role, &path).unwrap_or(number);
+    let open_of = |role: MapRole, number: String| texture::open(surface, role, &path).unwrap_or(number);
     let mut preview = vec![
-        ("diffuseColor", triple(mixed)),
-        ("roughness", plain.roughness.to_string()),
-        ("metallic", plain.metallic.to_string()),
+        ("diffuseColor", preview_of(MapRole::BaseColor, triple(mixed))),
+        ("roughness", preview_of(MapRole::Roughness, plain.roughness.to_string())),
+        ("metallic", preview_of(MapRole::Metallic, plain.metallic.to_string())),
         ("ior", if plain.specular > 0.0 { plain.ior } else { 1.0 }.to_string()),
     ];
     if plain.specular == 0.0 {
         preview.extend([("useSpecularWorkflow", "1".to_owned()), ("specularColor", triple([0.0; 3]))]);
     }
     let mut open = vec![
-        ("base_color", triple(mixed)),
-        ("base_metalness", plain.metallic.to_string()),
+        ("base_color", open_of(MapRole::BaseColor, triple(mixed))),
+        ("base_metalness", open_of(MapRole::Metallic, plain.metallic.to_string())),
         ("base_diffuse_roughness", (effects.diffuse_roughness.min(1.0)).to_string()),
         ("specular_weight", plain.specular.to_string()),
-        ("specular_roughness", plain.roughness.to_string()),
+        ("specular_roughness", open_of(MapRole::Roughness, plain.roughness.to_string())),
         ("specular_ior", plain.ior.to_string()),
     ];
     if surface.has(Effect::Coat) {
@@ -140,7 +146,11 @@ pub fn judge(surface: &Surface, ledger: &mut Ledger) {
             }
         }
     }
-    surface.judge_effects(ledger, |ledger, effect, name| match effect {
+    let map = |role: MapRole| match texture::values(surface, role) {
+        Some(crate::paint::Values::Texture { .. }) => Kept::Approximated("a PNG of 8 bits".to_owned()),
+        _ => Kept::Exact("the mesh's displayColor".to_owned()),
+    };
+    surface.judge_effects(ledger, map, |ledger, effect, name| match effect {
         Effect::Coat if name.ends_with("ior") => {
             ledger.approximated(name, "OpenPBR's coat_ior; UsdPreviewSurface has 1.5");
         }

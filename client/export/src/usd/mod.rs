@@ -8,6 +8,7 @@ mod light;
 mod material;
 mod mesh;
 mod text;
+mod texture;
 
 use crate::files::FileMap;
 use crate::ledger::Ledger;
@@ -15,6 +16,7 @@ use crate::matrix::Matrix;
 use crate::name::Names;
 use crate::scene::Scene;
 use crate::sky;
+use gonio_scene::capture::MapRole;
 use std::fmt::Write;
 use text::{matrix, quoted};
 
@@ -29,8 +31,12 @@ pub fn files(scene: &Scene<'_>, ledger: &mut Ledger) -> crate::Result<FileMap> {
     camera::judge(scene, ledger);
     light::judge(scene, ledger);
     let mut files = sky::files(scene)?;
-    for part in &scene.parts {
-        files.insert(mesh_file(&part.stem), mesh::file(&part.mesh).into_bytes());
+    for (part, surface) in scene.placed() {
+        let colours = texture::values(&scene.surfaces[surface], MapRole::BaseColor);
+        files.insert(mesh_file(&part.stem), mesh::file(part, colours.as_ref()).into_bytes());
+    }
+    for surface in &scene.surfaces {
+        texture::files(surface, &mut files)?;
     }
     let mut names = Names::default();
     let materials: Vec<String> = scene.surfaces.iter().map(|surface| names.identifier(&surface.stem)).collect();
@@ -66,7 +72,7 @@ fn write(
     }
     writeln!(out, "    }}\n\n    def Scope \"Objects\"\n    {{")?;
     let mut names = Names::default();
-    for part in &scene.parts {
+    for (part, surface) in scene.placed() {
         let (name, file) = (names.identifier(&part.stem), mesh_file(&part.stem));
         writeln!(out, "        def Mesh \"{name}\" (")?;
         writeln!(
@@ -74,7 +80,7 @@ fn write(
             "            prepend references = @./{file}@\n            prepend apiSchemas = [\"MaterialBindingAPI\"]"
         )?;
         writeln!(out, "        )\n        {{")?;
-        writeln!(out, "            rel material:binding = </Scene/Materials/{}>", materials[part.material])?;
+        writeln!(out, "            rel material:binding = </Scene/Materials/{}>", materials[surface])?;
         place(&part.to_world, 3, out)?;
         writeln!(out, "        }}")?;
     }

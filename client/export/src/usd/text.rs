@@ -19,6 +19,11 @@ pub fn triples(values: &[[f32; 3]]) -> String {
     format!("[{}]", values.iter().map(|v| triple(*v)).collect::<Vec<_>>().join(", "))
 }
 
+/// A list of pairs.
+pub fn pairs(values: &[[f32; 2]]) -> String {
+    format!("[{}]", values.iter().map(|[a, b]| format!("({a}, {b})")).collect::<Vec<_>>().join(", "))
+}
+
 /// Text in quotes.
 pub fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))

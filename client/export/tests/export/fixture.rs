@@ -7,7 +7,8 @@ use gonio_scene::image::{Image, encode_exr};
 use gonio_scene::mesh::{Mesh, write_ply};
 use std::sync::Arc;
 
-const HEAD: &str = "format = 1\nname = \"part\"\n\
+/// A camera of 40 x 30 pixels.
+pub const HEAD: &str = "format = 1\nname = \"part\"\n\
     [camera]\nwidth = 40\nheight = 30\nfx = 60.0\nfy = 60.0\ncx = 20.0\ncy = 15.0\n";
 const OBJECT: &str = "[[object]]\nname = \"part\"\nmesh = \"part.ply\"\nmaterial = \"shell\"\n\
     object_to_world = [[0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]]\n";
@@ -22,7 +23,7 @@ const LED: &str = "[[light]]\nname = \"led\"\nkind = \"point\"\nframe = \"camera
 pub fn plain() -> String {
     format!(
         "{HEAD}[[material]]\nname = \"shell\"\nmodel = \"plastic\"\nbase_color = [0.5, 0.2, 0.8]\nroughness = 0.4\nior = 1.5\n\
-         {OBJECT}{LED}[[light]]\nname = \"ball\"\nkind = \"sphere\"\nposition = [0, 0, 2]\nradius = 0.1\n\
+         {OBJECT}{LED}[[light]]\nname = \"ball\"\nkind = \"sphere\"\nposition = [0.5, 0, 2]\nradius = 0.1\n\
          intensity = [1, 1, 1]\n{PHOTOS}"
     )
 }
@@ -49,7 +50,7 @@ pub fn full() -> String {
          {LED}lobe_exponent = 2.0\n\
          [[light]]\nname = \"sun\"\nkind = \"directional\"\ndirection = [0, 3, -4]\nirradiance = [1, 2, 3]\n\
          [[light]]\nname = \"dark\"\nkind = \"point\"\nposition = [0, 0, 1]\nintensity = [0, 0, 0]\n\
-         [[light]]\nname = \"ball\"\nkind = \"sphere\"\nposition = [0, 0, 2]\nradius = 0.1\nintensity = [1, 1, 1]\n\
+         [[light]]\nname = \"ball\"\nkind = \"sphere\"\nposition = [0.5, 0, 2]\nradius = 0.1\nintensity = [1, 1, 1]\n\
          [[light]]\nname = \"room\"\nkind = \"environment\"\nmap = \"room.exr\"\nscale = 2.0\nazimuth = 0.3\n\
          [[light]]\nname = \"sky\"\nkind = \"environment\"\nradiance = [0.1, 0.2, 0.3]\n\
          {PHOTOS}"

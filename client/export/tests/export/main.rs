@@ -9,6 +9,7 @@ mod fixture;
 mod gltf;
 mod ledger;
 mod mitsuba;
+mod painted;
 mod pbrt;
 mod programs;
 mod sensor;

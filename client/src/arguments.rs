@@ -83,6 +83,9 @@ pub enum Command {
     /// Make a capture of meshes and photos, with every guess marked
     #[command(after_help = EXIT_CODES)]
     New(crate::commands::new::NewArguments),
+    /// Write masks of photos: white where objects are seen, by the capture's meshes and poses
+    #[command(after_help = EXIT_CODES)]
+    Mask(crate::commands::mask::MaskArguments),
     /// Estimate the poses of a BOP dataset's objects in its images, with the estimator that is built in or any program
     #[command(after_help = EXIT_CODES)]
     Estimate(crate::commands::estimate::EstimateArguments),

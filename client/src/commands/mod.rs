@@ -11,6 +11,7 @@ pub mod export;
 pub mod fit;
 pub mod import;
 pub mod jobs;
+pub mod mask;
 pub mod new;
 pub mod predict;
 pub mod prepare;

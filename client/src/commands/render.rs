@@ -165,7 +165,7 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
 }
 
 /// Indices of the photos with the given `names`, in the capture's order; of all where none is given.
-fn selection(capture: &Capture, names: &[String]) -> Result<Vec<usize>, Failure> {
+pub(super) fn selection(capture: &Capture, names: &[String]) -> Result<Vec<usize>, Failure> {
     if let Some(unknown) = names.iter().find(|name| capture.photo_index(name).is_none()) {
         let known: Vec<&str> = capture.photos.iter().map(Photo::name).take(20).collect();
         let mend = format!("the photos are: {}", known.join(", "));

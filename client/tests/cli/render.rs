@@ -1,6 +1,6 @@
 //! `gonio render`.
 
-use crate::fixture::{SIZE, TRUTH, blinded, edit, gonio, json, scene, succeeds};
+use crate::fixture::{SIZE, TRUTH, blinded, edit, gonio, json, refused, scene, succeeds};
 use gonio_scene::files::DirectoryFiles;
 use gonio_scene::image;
 
@@ -50,6 +50,33 @@ fn buffers_hold_what_the_camera_sees_first() {
     for channel in gonio_scene::film::FIRST_HIT_CHANNELS {
         assert!(bytes.windows(channel.len()).any(|window| window == channel.as_bytes()), "{channel}");
     }
+}
+
+#[test]
+fn masks_are_white_where_objects_are_seen() {
+    let top = scene(TRUTH);
+    let shares = |out: &str, more: &[&str]| {
+        let told = json(&succeeds(top.path(), &[&["mask", "capture", "--out", out, "--json"], more].concat()));
+        let masks = told["masks"].as_array().unwrap().clone();
+        assert_eq!(masks.len(), 4);
+        masks.iter().map(|mask| mask["share"].as_f64().unwrap()).collect::<Vec<_>>()
+    };
+    let ball = shares("ball", &["--objects", "ball"]);
+    let (larger, smaller) = (
+        shares("larger", &["--objects", "ball", "--grow", "2"]),
+        shares("smaller", &["--objects", "ball", "--grow", "-1"]),
+    );
+    for photo in 0..4 {
+        assert!(0.0 < smaller[photo] && smaller[photo] < ball[photo] && ball[photo] < larger[photo]);
+    }
+    // Where the ball hides the board, the board is not white.
+    let (board, both) = (shares("board", &["--objects", "board"]), shares("both", &["--objects", "ball,board"]));
+    assert!((0..4).all(|photo| (ball[photo] + board[photo] - both[photo]).abs() < 1e-12));
+    let mask = image::read(&DirectoryFiles::new(top.path().join("ball")), "00.png").unwrap();
+    assert_eq!((mask.width, mask.height), SIZE);
+    refused(top.path(), &["mask", "capture", "--out", "x"], &["--objects", "several objects", "ball, board"]);
+    refused(top.path(), &["mask", "capture", "--out", "x", "--objects", "none"], &["--objects", "no object"]);
+    refused(top.path(), &["mask", "capture", "--out", "x", "--grow", "999"], &["--grow"]);
 }
 
 #[test]

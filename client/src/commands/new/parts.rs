@@ -75,7 +75,7 @@ pub(super) fn read(place: &Place, arguments: &NewArguments) -> Result<Found, Sce
     let (sin, cos) = libm::sincos(stand.degrees.to_radians());
     let [x, y, z] = stand.position;
     let object_to_world = [
-        [unit * cos, -unit * sin, 0.0, x],
+        [unit * cos, 0.0 - unit * sin, 0.0, x],
         [unit * sin, unit * cos, 0.0, y],
         [0.0, 0.0, unit, z],
         [0.0, 0.0, 0.0, 1.0],

@@ -83,6 +83,9 @@ pub enum Command {
     /// Make a capture of meshes and photos, with every guess marked
     #[command(after_help = EXIT_CODES)]
     New(crate::commands::new::NewArguments),
+    /// Find where a part stands: from points that were clicked in photos, and from the masks' outlines
+    #[command(after_help = EXIT_CODES)]
+    Align(crate::commands::align::AlignArguments),
     /// Write masks of photos: white where objects are seen, by the capture's meshes and poses
     #[command(after_help = EXIT_CODES)]
     Mask(crate::commands::mask::MaskArguments),

@@ -64,6 +64,7 @@ fn dispatch(command: &Command) -> (Result<(), Failure>, bool) {
         Command::Predict(arguments) => (commands::predict::run(arguments), arguments.json),
         Command::Study(arguments) => (commands::study::run(arguments), arguments.json),
         Command::Import(arguments) => (commands::import::run(arguments), arguments.json),
+        Command::Align(arguments) => (commands::align::run(arguments), arguments.json),
         Command::Mask(arguments) => (commands::mask::run(arguments), arguments.farm.json),
         Command::New(arguments) => (commands::new::run(arguments), arguments.json),
         Command::Calibrate(arguments) => (commands::calibrate::run(arguments), arguments.json),

@@ -3,6 +3,7 @@
 //!
 //! Does no I/O: texts, gray images and sizes come in, cameras and the capture's text go out.
 
+mod align;
 mod board;
 mod draft;
 mod geometry;
@@ -12,6 +13,7 @@ mod json;
 mod solve;
 mod view;
 
+pub use align::{Ambiguity, Click, Contour, Field, Placed, Station, from_clicks, from_outlines};
 pub use board::{Board, Corner, Sighting};
 pub use draft::{Draft, Part, ring};
 pub use geometry::{Pose, project};

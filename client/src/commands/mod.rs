@@ -1,5 +1,6 @@
 //! The subcommands, one file or folder each.
 
+pub mod align;
 pub mod calibrate;
 pub mod check;
 pub mod diagnose;

@@ -5,6 +5,7 @@
 // A fixture's ball may differ in its last bits from machine to machine.
 #![allow(clippy::disallowed_methods)]
 
+mod align;
 mod board;
 mod bop;
 mod broken;

@@ -3,6 +3,7 @@
 use crate::exposures::{sky, stack};
 use crate::fixture::{TRUTH, capture, gonio, gray_png, json, refused, scene, succeeds};
 use drawn::{FOCAL, SIZE, charuco, photograph};
+use gonio_scene::Capture;
 use gonio_scene::capture::{LightKind, Response, Role};
 use gonio_scene::image::write_png8;
 use std::path::Path;
@@ -59,10 +60,9 @@ fn whole_capture(at: &Path) {
     for name in ["p0", "p1.mask"] {
         gray_png(&at.join(format!("masks/{name}.png")), SIZE[0], SIZE[1]);
     }
-    let photos = ["--photos", "p0.png", "p1.png", "empty.png", "p2.png", "p3.png", "p0.png", "--poses", "board"];
+    let photos = ["--photos", "p0.png", "p1.png", "empty.png", "p2.png", "p3.png", "--poses", "board"];
     let more = ["--meshes", "capture/ball.ply", "--unit", "0.001", "--at", "0.1,-0.14,0.02,90", "--masks", "masks"];
     let light = ["--board", BOARD, "--lamp", "0.5,-0.2,0.7,0.03", "--room", "--out", "whole/capture.toml"];
-    // The photo that is named twice makes five.
     let output = gonio(at, &[&["new"], &photos[..], &more, &light].concat());
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{stderr}");
@@ -72,7 +72,13 @@ fn whole_capture(at: &Path) {
     let place = whole.objects[0].object_to_world;
     assert!((place[1][0] - 0.001).abs() < 1e-12 && place[0][0].abs() < 1e-12 && place[1][3] == -0.14, "{place:?}");
     assert_eq!(whole.photos[1].mask.as_deref(), Some("../masks/p1.mask.png"));
-    assert_eq!(whole.photos.iter().filter(|photo| photo.role == Role::HeldOut).count(), 1);
+    let judges = |capture: &Capture| capture.photos.iter().filter(|photo| photo.role == Role::HeldOut).count();
+    assert_eq!(judges(&whole), 0, "four photos are too few to keep one back");
+    succeeds(
+        at,
+        &["new", "--photos", "p0.png", "p1.png", "p2.png", "p3.png", "empty.png", "--out", "five/capture.toml"],
+    );
+    assert_eq!(judges(&capture(&at.join("five"))), 1);
     let objects: Vec<&str> = whole.objects.iter().map(|object| object.name.as_str()).collect();
     assert_eq!(objects, ["ball", "board-white", "board-black"]);
     assert!(matches!(whole.lights[0].kind, LightKind::Sphere { radius: 0.03, .. }));

@@ -48,6 +48,9 @@ pub fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
     let curve = curve.unwrap_or(Curve::Linear);
     let noise = measure(&photos, curve, arguments.saturation.unwrap_or(f32::INFINITY))?;
     warn(&noise);
+    if let Some(blocks) = photos.first().and_then(|photo| photo.blocks) {
+        warn_of_rounding(&noise, blocks.rounding);
+    }
     let lines = sensor(&noise, curve, photos.len());
     if let Some(out) = &arguments.out {
         write(out, lines.as_bytes())?;
@@ -75,6 +78,23 @@ pub fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
         tell(&format!("{} and {}", out.display(), beside(out, "svg").display()));
     }
     Ok(())
+}
+
+/// JPEG's rounding from this part of the noise on makes the figures doubtful: even surfaces have all their blocks rounded alike.
+const COARSE: f64 = 0.2;
+
+/// Where JPEG's steps are not small beside the noise.
+fn warn_of_rounding(noise: &Noise, rounding: [f64; 3]) {
+    for ((channel, rounding), colour) in noise.channels.iter().zip(rounding).zip(["red", "green", "blue"]) {
+        let part = rounding / channel.file.variance(0.5).max(f64::MIN_POSITIVE);
+        if part > COARSE {
+            tell_error(&format!(
+                "warning: {colour}: JPEG's rounding is {:.0} % of the noise at half the largest value, so that the figures may be off \
+                 by as much: name RAW files, PNG or TIFF, or JPEG with chroma of full size",
+                100.0 * part.min(1.0)
+            ));
+        }
+    }
 }
 
 /// What is doubtful.

@@ -2,7 +2,10 @@
 
 mod prepare;
 
-pub use prepare::{CompositeArguments, HdrArguments, MatteArguments, PlanArguments, camera, colour};
+pub use prepare::{
+    ChartArguments, CompositeArguments, DevelopArguments, HdrArguments, MatteArguments, NoiseArguments, PlanArguments,
+    camera, colour,
+};
 
 use crate::failure::Failure;
 use crate::watch::WatchArguments;
@@ -50,6 +53,15 @@ pub enum Command {
     /// Merge a stack of exposures into a radiance map, and learn the camera's response
     #[command(after_help = EXIT_CODES)]
     Hdr(HdrArguments),
+    /// Develop a camera's RAW file to linear light: black and white level, demosaicing, colours by the file's matrices
+    #[command(after_help = EXIT_CODES)]
+    Develop(DevelopArguments),
+    /// Find a camera's colour matrix from a photo of a chart of 24 patches
+    #[command(after_help = EXIT_CODES)]
+    Chart(ChartArguments),
+    /// Measure a camera's read and shot noise from a burst, even fields, or one photo's flat patches
+    #[command(after_help = EXIT_CODES)]
+    Noise(NoiseArguments),
     /// Cut a part out of two photos before different backdrops: soft silhouette and unmixed colour
     #[command(after_help = EXIT_CODES)]
     Matte(MatteArguments),

@@ -59,6 +59,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 21] = [
             "gonio-design",
             "gonio-diagnose",
             "gonio-sweep",
+            "gonio-prepare",
             "gonio-worker",
             "gonio-page",
             "gonio-coordinator",

@@ -1,8 +1,11 @@
 //! What may be written after the commands that prepare data.
 
 use clap::Args;
+use gonio_prepare::chart::{Corners, Edition};
 use gonio_prepare::composite::Method;
 use gonio_prepare::hdr::Region;
+use gonio_prepare::noise::{Curve, Patch};
+use gonio_prepare::raw::{Balance, Colour, Demosaic};
 use std::path::PathBuf;
 
 /// `gonio hdr`.
@@ -39,6 +42,89 @@ pub struct HdrArguments {
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
     pub fill_below: Option<f64>,
     /// Write the summary as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `gonio noise`.
+#[derive(Debug, Args)]
+pub struct NoiseArguments {
+    /// Photos of one still scene (a burst: 2 or more, best 8), of even fields at several exposures, or one photo with flat
+    /// patches. What shows the same scene is found by itself
+    #[arg(required = true)]
+    pub photos: Vec<PathBuf>,
+    /// How values follow from light: linear, srgb or gamma:EXPONENT [default: srgb for JPEG and 8-bit PNG, else linear]
+    #[arg(long, value_name = "RESPONSE")]
+    pub response: Option<Curve>,
+    /// The part of every photo that counts, pixels [default: all, or the middle of very large photos]
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT")]
+    pub patch: Option<Patch>,
+    /// Value at and above which a pixel is clipped [default: 0.98 of the largest value, where that is 0.9 or more]
+    #[arg(long, value_name = "VALUE")]
+    pub saturation: Option<f32>,
+    /// File to write the lines of a capture's [sensor] to; <name>.svg, variance over mean, is written beside it
+    #[arg(long, value_name = "SENSOR.toml")]
+    pub out: Option<PathBuf>,
+    /// Write the result as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `gonio develop`.
+#[derive(Debug, Args)]
+pub struct DevelopArguments {
+    /// A camera's RAW file (DNG, CR2, CR3, NEF, ARW, RAF, RW2, ORF and others), or another photo
+    pub photo: PathBuf,
+    /// OpenEXR of linear light to write, 1 where a gray surface clips; <name>.mask.png beside it is black where a value is clipped
+    #[arg(long, value_name = "RADIANCE.exr")]
+    pub out: PathBuf,
+    /// How colours that a pixel did not measure come about: bilinear (full size, neighbours correlated) or superpixel (half the
+    /// size, a third for X-Trans, every pixel on its own)
+    #[arg(long, value_name = "HOW", default_value = "bilinear")]
+    pub demosaic: Demosaic,
+    /// none keeps the light's colour; as-shot makes gray what the camera took for gray; R,G,B what has these values in the
+    /// camera's channels
+    #[arg(long, value_name = "WHAT", default_value = "none")]
+    pub white_balance: Balance,
+    /// rec709, by the file's matrices, or camera, the camera's own channels
+    #[arg(long, value_name = "COLOURS", default_value = "rec709")]
+    pub colour: Colour,
+    /// The camera's colour matrix as `gonio chart` wrote it, instead of the file's
+    #[arg(long, value_name = "MATRIX.json", conflicts_with = "colour")]
+    pub matrix: Option<PathBuf>,
+    /// How a photo's values follow from light, of other files than RAW: linear, srgb or gamma:EXPONENT [default: srgb for JPEG
+    /// and 8-bit PNG, else linear]
+    #[arg(long, value_name = "RESPONSE")]
+    pub response: Option<Curve>,
+    /// Write the summary as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `gonio chart`.
+#[derive(Debug, Args)]
+pub struct ChartArguments {
+    /// Photo of a ColorChecker Classic (24 patches), evenly lit: RAW, or any other
+    pub photo: PathBuf,
+    /// Centres of the patches at the chart's corners, pixels: dark skin, bluish green, black, white
+    #[arg(long, value_name = "X,Y,X,Y,X,Y,X,Y")]
+    pub corners: Corners,
+    /// When the chart was made, since its pigments changed: since-2014 or before-2014 (November)
+    #[arg(long, value_name = "WHEN", default_value = "since-2014")]
+    pub edition: Edition,
+    /// How values follow from light, of other files than RAW [default: srgb for JPEG and 8-bit PNG, else linear]
+    #[arg(long, value_name = "RESPONSE")]
+    pub response: Option<Curve>,
+    /// Linear value at and above which a pixel is clipped [default: the white level, or 0.98 of the largest value]
+    #[arg(long, value_name = "VALUE")]
+    pub saturation: Option<f32>,
+    /// Matrix and patches to write, for `gonio develop --matrix`
+    #[arg(long, value_name = "MATRIX.json")]
+    pub out: Option<PathBuf>,
+    /// Write the photo with the matrix applied
+    #[arg(long, value_name = "PHOTO.exr")]
+    pub apply: Option<PathBuf>,
+    /// Write the result as one JSON object
     #[arg(long)]
     pub json: bool,
 }

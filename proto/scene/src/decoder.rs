@@ -9,7 +9,7 @@ use crate::error::{Result, SceneError};
 ///
 /// # Errors
 /// What `decode` returns, or that it panicked.
-pub(crate) fn shielded<T>(file: &str, decode: impl FnOnce() -> Result<T>) -> Result<T> {
+pub fn shielded<T>(file: &str, decode: impl FnOnce() -> Result<T>) -> Result<T> {
     // Unwind safe: a decoder owns all that it changes, and what it had built is dropped.
     catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| {
         Err(SceneError::new(file, "is damaged in a way its decoder cannot name", "export or save the file again"))

@@ -24,6 +24,7 @@ pub mod textures;
 
 pub use assets::{Assets, Photograph, Values};
 pub use capture::Capture;
+pub use decoder::shielded;
 pub use error::{Result, SceneError};
 pub use evaluation::{Evaluation, EvaluationRequest, Film, Output, Progress};
 pub use parameter::{Parameter, Term};

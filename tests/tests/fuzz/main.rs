@@ -87,6 +87,11 @@ fn images() {
 }
 
 #[test]
+fn raw() {
+    survives(&targets::raw(number("GONIO_FUZZ_SECONDS").is_some()));
+}
+
+#[test]
 fn sweeps() {
     survives(&targets::sweep());
 }

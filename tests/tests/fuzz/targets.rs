@@ -2,6 +2,7 @@
 
 use super::Target;
 use bytes::Bytes;
+use gonio_prepare::raw::{Balance, Colour, Demosaic, Options, develop};
 use gonio_proto::convert::digest::digests_from_wire;
 use gonio_proto::convert::event::{Event, FilmCollector};
 use gonio_proto::convert::job::Job;
@@ -76,10 +77,81 @@ pub fn image() -> Target {
             image::claims(&alone("a.png", bytes), "a.png").is_ok()
                 & image::read(&alone("a.png", bytes), "a.png").is_ok()
         }
-        4 => image::read(&alone("a.tif", bytes), "a.tif").is_ok(),
+        4 | 5 => image::read(&alone("a.tif", bytes), "a.tif").is_ok(),
         _ => image::read(&alone("a.hdr", bytes), "a.hdr").is_ok(),
     };
-    Target { name: "images", good: vec![mask, exr, png, hdr, tiff()], read, memory: 1280 * MIB }
+    Target { name: "images", good: vec![mask, exr, png, hdr, tiff(), packed()], read, memory: 1280 * MIB }
+}
+
+/// RAW files and headers of JPEG. A long run takes the real files of the shared folder, too, where it is.
+pub fn raw(long: bool) -> Target {
+    let mut good = vec![jpeg(), dng()];
+    if long {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/real/raw");
+        for name in ["canon_eos_6d.dng", "P003908.KDC", "CRW_0304.CRW"] {
+            good.extend(std::fs::read(folder.join(name)));
+        }
+    }
+    let read = |which: usize, bytes: &[u8]| match which {
+        0 => gonio_prepare::noise::blocks(bytes).is_some(),
+        _ => {
+            let camera = Options { colour: Colour::Camera, ..Options::default() };
+            let _ =
+                develop("a.dng", bytes, Options { demosaic: Demosaic::Superpixel, balance: Balance::AsShot, ..camera });
+            develop("a.dng", bytes, camera).is_ok()
+        }
+    };
+    Target { name: "raw", good, read, memory: 512 * MIB }
+}
+
+/// The header of a JPEG: two tables, and a frame with chroma of half the size.
+fn jpeg() -> Vec<u8> {
+    let table = |kind: u8| [&[0xff, 0xdb, 0, 67, kind][..], &[3; 64]].concat();
+    let frame = [0xff, 0xc0, 0, 17, 8, 0, 16, 0, 16, 3, 1, 0x22, 0, 2, 0x11, 1, 3, 0x11, 1];
+    [&[0xff, 0xd8][..], &table(0), &table(1), &frame].concat()
+}
+
+/// A mosaic of 8 x 4 values of 16 bits.
+fn dng() -> Vec<u8> {
+    let entries: [(u16, u16, u32, u32); 15] = [
+        (254, 4, 1, 0),
+        (256, 4, 1, 8),
+        (257, 4, 1, 4),
+        (258, 3, 1, 16),
+        (259, 3, 1, 1),
+        (262, 3, 1, 32803),
+        (273, 4, 1, 194),
+        (277, 3, 1, 1),
+        (278, 4, 1, 4),
+        (279, 4, 1, 64),
+        (33421, 3, 2, 2 | 2 << 16),
+        (33422, 1, 4, 1 << 8 | 1 << 16 | 2 << 24),
+        (50706, 1, 4, 1 | 4 << 8),
+        (50714, 3, 1, 100),
+        (50717, 3, 1, 4100),
+    ];
+    let mut bytes = b"II*\0\x08\0\0\0".to_vec();
+    bytes.extend((entries.len() as u16).to_le_bytes());
+    for (tag, kind, count, value) in entries {
+        bytes
+            .extend([&tag.to_le_bytes()[..], &kind.to_le_bytes(), &count.to_le_bytes(), &value.to_le_bytes()].concat());
+    }
+    bytes.extend([0; 4]);
+    bytes.extend((0..32_u16).flat_map(|k| (200 + 90 * k).to_le_bytes()));
+    bytes
+}
+
+/// Two rows of three values of 12 bits, which take five bytes each.
+fn packed() -> Vec<u8> {
+    let mut bytes = tiff();
+    // Directory entries of 12 bytes from byte 10 on: rows, bits, rows of the strip, its bytes, and integers.
+    for (entry, value) in [(1, 2_u16), (2, 12), (7, 2), (8, 10), (9, 1)] {
+        let at = 10 + 12 * entry + 8;
+        bytes[at..at + 2].copy_from_slice(&value.to_le_bytes());
+    }
+    bytes.truncate(134);
+    bytes.extend([0x12, 0x34, 0x56, 0x78, 0x90, 0xab, 0xcd, 0xef, 0x01, 0x20]);
+    bytes
 }
 
 /// Three gray floats.

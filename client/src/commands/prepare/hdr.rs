@@ -1,5 +1,6 @@
 //! `gonio hdr`: a radiance map from a stack of exposures.
 
+use super::light::raw;
 use super::{beside, image, text, write};
 use crate::arguments::HdrArguments;
 use crate::failure::Failure;
@@ -8,8 +9,9 @@ use gonio_prepare::hdr::{
     Mark, Merged, Orientation, Response, Shot, Stack, align, calibrate, correct_times, exposure, fill_below, merge,
     orient, plot, preview,
 };
+use gonio_prepare::raw::Options;
 use gonio_scene::SceneError;
-use gonio_scene::image::{encode_exr, encode_png8};
+use gonio_scene::image::{encode_exr, encode_png8, is_raw};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -115,6 +117,15 @@ fn shots(arguments: &HdrArguments) -> Result<Vec<Shot>, Failure> {
         let name = path.display().to_string();
         let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let listed = times.get(&name).or_else(|| times.get(&file));
+        if is_raw(path) {
+            let raw = raw(path, Options::default())?;
+            let seconds = listed.copied().or_else(|| raw.notes.exposure()).ok_or_else(|| {
+                let mend = "write its time into a list `file,seconds`, and name the list by --times";
+                SceneError::new(&name, "states no exposure time", mend).at("ExposureTime")
+            })?;
+            shots.push(Shot { image: raw.image, name, seconds });
+            continue;
+        }
         let seconds = match listed {
             Some(&seconds) => seconds,
             None => {

@@ -1,19 +1,28 @@
 //! The commands that prepare data: from raw photographs to what a capture is made of.
 
+pub mod chart;
 pub mod composite;
+pub mod develop;
 pub mod hdr;
+mod light;
 pub mod matte;
+pub mod noise;
 pub mod plan;
 
 use crate::failure::Failure;
+use gonio_prepare::raw::Options;
 use gonio_prepare::stored;
 use gonio_scene::SceneError;
 use gonio_scene::files::DirectoryFiles;
-use gonio_scene::image::Image;
+use gonio_scene::image::{Image, is_raw};
 use std::path::{Path, PathBuf};
 
-/// An image file that the command line names, turned as it is to be shown.
+/// An image file that the command line names, turned as it is to be shown; a RAW file developed as `gonio develop` does by
+/// default.
 fn image(path: &Path) -> Result<Image, Failure> {
+    if is_raw(path) {
+        return Ok(light::raw(path, Options::default())?.image);
+    }
     let (image, orientation) = stored::read(&DirectoryFiles::new("."), &path.display().to_string())?;
     Ok(stored::upright(&image, orientation))
 }

@@ -101,6 +101,11 @@ fn open(files: &dyn Files, path: &str) -> Result<(Format, Arc<[u8]>)> {
         "png" => Format::Png,
         "tif" | "tiff" => Format::Tiff,
         "jpg" | "jpeg" => Format::Jpeg,
+        _ if is_raw(Path::new(path)) => {
+            let mend = "make linear light of it by `gonio develop FILE --out FILE.exr`; what that cannot read, another program \
+                        can: darktable, or rawpy to a linear 16-bit TIFF";
+            return Err(SceneError::new(path, "is a camera's RAW file, which is prepared first", mend));
+        }
         _ => {
             let mend = "use an OpenEXR, Radiance HDR, PNG, TIFF or JPEG file: .exr, .hdr, .png, .tif, .jpg";
             return Err(SceneError::new(path, "has no image format's extension", mend));
@@ -121,6 +126,18 @@ fn open(files: &dyn Files, path: &str) -> Result<(Format, Arc<[u8]>)> {
             "save it again, or give it the extension of its format",
         )),
     }
+}
+
+/// Whether a file's ending is that of a camera's RAW format.
+#[must_use]
+pub fn is_raw(path: &Path) -> bool {
+    const ENDINGS: [&str; 33] = [
+        "3fr", "ari", "arw", "cap", "cr2", "cr3", "crw", "dcr", "dcs", "dng", "erf", "fff", "gpr", "iiq", "k25", "kdc",
+        "mdc", "mef", "mos", "mrw", "nef", "nrw", "orf", "pef", "raf", "raw", "rw2", "rwl", "sr2", "srf", "srw", "x3f",
+        "eip",
+    ];
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    ending.to_str().is_some_and(|ending| ENDINGS.contains(&ending))
 }
 
 fn format_of(bytes: &[u8]) -> Option<Format> {

@@ -58,7 +58,8 @@ fn poses_of_a_known_camera(at: &Path, told: &serde_json::Value) {
 fn whole_capture(at: &Path) {
     std::fs::create_dir(at.join("masks")).unwrap();
     for name in ["p0", "p1.mask"] {
-        gray_png(&at.join(format!("masks/{name}.png")), SIZE[0], SIZE[1]);
+        let white = vec![[255; 3]; (SIZE[0] * SIZE[1]) as usize];
+        write_png8(&at.join(format!("masks/{name}.png")), SIZE[0], SIZE[1], &white).unwrap();
     }
     let photos = ["--photos", "p0.png", "p1.png", "empty.png", "p2.png", "p3.png", "--poses", "board"];
     let more = ["--meshes", "capture/ball.ply", "--unit", "0.001", "--at", "0.1,-0.14,0.02,90", "--masks", "masks"];

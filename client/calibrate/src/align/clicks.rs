@@ -148,8 +148,8 @@ fn normal(stations: &[Station], clicks: &[Click], middle: &Vector3<f64>, pose: &
             let (ahead, behind) = (seen(&moved(pose, &about, &step))?, seen(&moved(pose, &about, &-step))?);
             (0..2).for_each(|axis| slopes[(k, axis)] = (ahead[axis] - behind[axis]) / (2.0 * H));
         }
-        for axis in 0..2 {
-            normal.add(here[axis] - click.pixel[axis], &slopes.column(axis).into_owned());
+        for (axis, (seen, clicked)) in here.into_iter().zip(click.pixel).enumerate() {
+            normal.add(seen - clicked, &slopes.column(axis).into_owned());
         }
     }
     Some(normal)

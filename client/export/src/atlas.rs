@@ -43,6 +43,6 @@ pub fn unwrap(part: Part, colours: &[[f32; 3]]) -> Part {
         degenerate: 0,
     };
     let image = Image { width: width as u32, height: height as u32, pixels };
-    let paint = part.paint.with_atlas(Arc::new(image));
+    let paint = part.paint.with_atlas(&Arc::new(image));
     Part { paint, coordinates: Some(coordinates), mesh: Arc::new(split), ..part }
 }

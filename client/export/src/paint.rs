@@ -97,7 +97,7 @@ impl Paint {
 
     /// With a texture of the vertex colours in their place.
     #[must_use]
-    pub fn with_atlas(mut self, image: Arc<Image>) -> Self {
+    pub fn with_atlas(mut self, image: &Arc<Image>) -> Self {
         for map in self.0.iter_mut().flatten() {
             if matches!(map.over, Over::Vertices(_)) {
                 map.over = Over::Atlas(image.clone());

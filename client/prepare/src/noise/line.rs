@@ -61,7 +61,7 @@ impl Line {
             }
             let [n, x, xx, y, xy] = sums;
             let determinant = n * xx - x * x;
-            if !(determinant > 1e-9 * n * xx) {
+            if determinant.is_nan() || determinant <= 1e-9 * n * xx {
                 return None;
             }
             let (mut a, mut b) = ((xx * y - x * xy) / determinant, (n * xy - x * y) / determinant);

@@ -318,8 +318,10 @@ fn kubernetes_validate_accepts_what_the_overlays_render_to() {
         \x20       k.validate(d, k.latest_version(), strict=True); print(d['kind'])\n";
     for overlay in std::fs::read_dir(folder().join("overlays")).unwrap() {
         let overlay = overlay.unwrap().path();
-        let built = Command::new("kubectl").arg("kustomize").arg(&overlay).stdout(Stdio::piped()).spawn().unwrap();
-        let checked = Command::new(&python).args(["-c", program]).stdin(built.stdout.unwrap()).output().unwrap();
+        let mut built = Command::new("kubectl").arg("kustomize").arg(&overlay).stdout(Stdio::piped()).spawn().unwrap();
+        let manifests = built.stdout.take().unwrap();
+        let checked = Command::new(&python).args(["-c", program]).stdin(manifests).output().unwrap();
+        assert!(built.wait().unwrap().success());
         assert!(checked.status.success(), "{}: {}", overlay.display(), String::from_utf8_lossy(&checked.stderr));
         assert!(String::from_utf8_lossy(&checked.stdout).matches("Deployment").count() == 2);
     }

@@ -100,7 +100,6 @@ pub(super) fn add_masks(place: &Place, folder: &Path, capture: &mut Capture) -> 
 ///
 /// # Errors
 /// A photo that is missing or is none.
-
 pub(super) fn guessed(place: &Place, photos: &[PathBuf], centre: [f64; 3], distance: f64) -> Result<Views, SceneError> {
     let view = |(file, camera_to_world): (&PathBuf, _)| {
         let (file, (width, height)) = place.photo(file)?;
